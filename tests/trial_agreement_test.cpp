@@ -157,6 +157,16 @@ TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakes) {
   expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.06, 0.03);
 }
 
+// Callbacks of messages, as often as they are triggered.
+TEST_P(TrialAgreement, WithTheSimulatorWhereRunsNeedInput) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  planner::RandomCase of = random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 3);
+  planner::need_input(of.app);
+  given_plan() = random_rates(of, seed);
+  const sim::Options options{.policy = std::make_shared<baselines::RatesPolicy>("given", plan_as_given, of.costs)};
+  expect_close(of, run_both(of, schedule_of(given_plan(), of.cores), options), 0.03, 0.02);
+}
+
 // Every other node waits for up to two times as long as it computes.
 planner::RandomCase with_waits(planner::RandomCase of, std::uint64_t seed) {
   for (std::size_t node = 0; node < of.app.graph.nodes().size(); ++node) {

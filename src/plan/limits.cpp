@@ -34,6 +34,33 @@ PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain) {
   return limits;
 }
 
+std::vector<UsefulPeriod> useful_periods(const graph::Graph& graph) {
+  std::vector<UsefulPeriod> useful(graph.subchains().size());
+  // Of the node's outputs, at least; 0: anything. What feeds its subchain's head is known by then.
+  const auto outputs_apart = [&](NodeId id) {
+    const graph::Node& node = graph.node(id);
+    if (node.external) return to_millis(*node.period);
+    if (!node.subchain) return to_millis(node.outputs_apart());
+    Millis apart = std::max(period_limits(graph, *node.subchain).min, useful[node.subchain->index()].min);
+    for (const NodeId before : graph.subchain(*node.subchain).nodes) {
+      apart = std::max(apart, to_millis(graph.node(before).output_period.value_or(Nanos{0})));
+      if (before == id) break;
+    }
+    return apart;
+  };
+  for (const NodeId id : graph.topological_order()) {
+    const graph::Node& node = graph.node(id);
+    if (!node.subchain || graph.subchain(*node.subchain).head() != id || !graph.awaits_input(id)) continue;
+    UsefulPeriod& of = useful[node.subchain->index()];
+    for (const NodeId from : node.predecessors) {
+      const Millis apart = outputs_apart(from);
+      if (of.from && apart >= of.min) continue;
+      of = {apart, from};
+    }
+  }
+  return useful;
+}
+
 bool has_exact_rates(const graph::Graph& graph) {
   return std::any_of(graph.nodes().begin(), graph.nodes().end(), has_exact_rate);
 }

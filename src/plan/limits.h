@@ -37,6 +37,16 @@ struct PeriodLimits {
 // The limits of an `App` agree: no node's min_rate, exact or not, is above the max_rate of another of its subchain.
 PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain);
 
+// Of a subchain whose head awaits input (graph::Graph::awaits_input()): a shorter period than what feeds it has is of
+// no use, since runs would wait for news.
+struct UsefulPeriod {
+  Millis min{0};  // between two outputs of that predecessor of the head which gives them most often; 0: any
+  std::optional<NodeId> from;  // that one
+};
+
+// By SubchainId; of what feeds a head the limits count, not what a plan makes of it.
+std::vector<UsefulPeriod> useful_periods(const graph::Graph& graph);
+
 bool has_exact_rates(const graph::Graph& graph);
 // The app but that its exact rates may be relaxed.
 graph::App relaxing_exact_rates(const graph::App& app);

@@ -72,7 +72,9 @@ plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, 
     const bool measured = period > Millis{0};
     // A promise is for runs that all cost the same, so it is not the longest period on average: not where it is for
     // typical compute times, nor of a subchain with a fixed priority, which misses triggers while a long run lasts.
-    const bool may_be_longer = plan.for_typical || plan::member_of(plan, SubchainId(i)) != nullptr;
+    // Nor of one that waits for its input.
+    const bool may_be_longer = plan.for_typical || plan::member_of(plan, SubchainId(i)) != nullptr ||
+                               app.graph.awaits_input(app.graph.subchain(SubchainId(i)).head());
     if (measured && (may_be_longer || period < promised.period)) timing.period = period;
     const trial::Place& place = schedule.subchains[i];
     const bool owner = promised.cores.size() == 1 && !plan::shares_core(plan, promised);
@@ -81,8 +83,10 @@ plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, 
   for (const trial::Pipeline& pipeline : schedule.pipelines) {
     const dispatch::Pacing& pacing = pipeline.pacing;
     if (pacing.after_completion == Nanos{0}) continue;
-    expectation.subchains[pipeline.subchain.index()] = {
-        to_millis(pacing.period), to_millis(pacing.period * pacing.max_in_flight - pacing.after_completion)};
+    plan::Expectation::Timing& timing = expectation.subchains[pipeline.subchain.index()];
+    const bool waits = app.graph.awaits_input(app.graph.subchain(pipeline.subchain).head());
+    timing.period = waits ? std::max(timing.period, to_millis(pacing.period)) : to_millis(pacing.period);
+    timing.execution = to_millis(pacing.period * pacing.max_in_flight - pacing.after_completion);
   }
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
     if (app.objective[term].metric != graph::Metric::kResponseTime) continue;

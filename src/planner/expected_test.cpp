@@ -213,6 +213,25 @@ TEST(Surrogate, KnowsLoadsAndIsCorrected) {
   EXPECT_NEAR(two.surrogate.period(SubchainId(1)).count(), 20.0, 1e-9);
 }
 
+// b, each 2 ms, reads what a gives each 10 ms.
+TEST(Surrogate, KnowsWhoWaitsForInput) {
+  Two two;
+  const std::vector<NodeId> needing{NodeId(1)};
+  graph::App app = two.app;
+  app.graph = app.graph.needing_input(needing);
+  trial::Schedule schedule = Two::schedule();
+  schedule.cores = 2;
+  schedule.subchains[1].core = 1;
+  schedule.subchains[1].period = std::chrono::milliseconds{2};
+  Surrogate surrogate(app, two.samples, two.costs, 0.0);
+  ASSERT_TRUE(surrogate(schedule));
+  EXPECT_NEAR(surrogate.period(SubchainId(1)).count(), 10.0, 1e-9);
+  EXPECT_LT(two.surrogate(schedule)->objective, 25.0) << "the same, if b needs none";
+  schedule.subchains[0].after = plan::After{SubchainId(1), 1};
+  EXPECT_FALSE(surrogate(schedule)) << "a is to follow b, which waits for a";
+  EXPECT_TRUE(two.surrogate(schedule));
+}
+
 TEST(Surrogate, KnowsWhenNothingIsLeft) {
   Two two;
   trial::Schedule schedule = Two::schedule();
@@ -227,6 +246,34 @@ TEST(ExpectedPlan, TriggersAReaderByItsWriterAndAsOftenAsItCan) {
   // b alone on its core: 4 ms and what the machine takes, as often as the slack allows.
   const double p = two.b / (1.0 - kSlack);
   EXPECT_LT(plan.expected->objective, 1.05 * (two.a + two.b + p + p / 4.0));
+}
+
+// Behind a camera of 30 Hz neither image nor show, a millisecond each, is of use more often than that, whatever they
+// could do on two cores.
+TEST(ExpectedPlan, RunsCallbacksOfMessagesAsOftenAsMessagesCome) {
+  graph::AppSpec spec = graph::spec_of({"camera", "image", "show", "base"}, {"camera image show base"});
+  for (const char* name : {"camera", "base"}) node(spec, name).external = true;
+  node(spec, "camera").period = graph::At<Nanos>{Nanos{33'333'333}, {}};
+  spec.objective = {graph::response("image show base", 1.0)};
+  const auto planned = [&](int cores) {
+    const graph::App app = graph::build_app(spec).value();
+    const model::CostTable costs(app.graph, Millis{1});
+    const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+    const ExpectedRequest request{.cores = cores, .slack = kSlack, .effort = 0.03};
+    plan::Plan plan = make_expected_plan(app, samples, costs, request).value();
+    EXPECT_TRUE(plan::validate(plan, app, costs, cores).ok());
+    return plan;
+  };
+  EXPECT_LT(planned(2).expected->subchains[0].period, Millis{5});
+  for (const char* name : {"image", "show"}) node(spec, name).needs_input = true;
+  for (const int cores : {1, 2}) {
+    const plan::Plan plan = planned(cores);
+    for (const std::size_t subchain : {0U, 1U}) {
+      SCOPED_TRACE(testing::Message() << subchain << " on " << cores);
+      EXPECT_NEAR(plan.expected->subchains[subchain].period.count(), 33.3, 0.5);
+      EXPECT_GE(plan.subchains[subchain].period, Millis{33.3});
+    }
+  }
 }
 
 // What draws for a display, as often as that ticks.
@@ -480,6 +527,7 @@ RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed))
                                    .exclusive = seed % 11 < 4,
                                    .batches = seed % 4 < 2},
                                   cores);
+  if (seed % 3 < 2) need_input(random.app);
   const trial::Samples samples(random.app, trial::MeasuredRuns{}, random.costs);
   // Even where there was no time to look for one.
   const FormulaRequest request{.cores = cores, .slack = kSlack, .guesses = seed % 7 < 3 ? std::size_t{1} : 6000};
@@ -499,7 +547,8 @@ RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed))
 
 RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanFrames, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 3);
-  const RandomCase random = random_case_of_all_sorts(seed, cores);
+  RandomCase random = random_case_of_all_sorts(seed, cores);
+  if (seed % 13 < 4) need_input(random.app);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
   const ExpectedRequest request{.cores = cores, .slack = kSlack, .effort = 0.005};
   const Result<plan::Plan> plan = make_expected_plan(random.app, samples, random.costs, request);

@@ -109,6 +109,9 @@ class Reasons {
     } else if (limits.min > Millis{0} && reason.period <= limits.min * (1.0 + kAtCap)) {
       reason.binding = Binding::kRateCap;
       reason.node = limits.capped;
+    } else if (const std::optional<NodeId> from = held_by_input(i, member)) {
+      reason.binding = Binding::kInput;
+      reason.node = from;
     } else if (plan_.subchains[i].cores.size() > 1) {
       of_pipeline(i, reason);
     } else if (reason.bounds = bounds_that_speed_up(i); !reason.bounds.empty()) {
@@ -121,6 +124,32 @@ class Reasons {
     } else if (reason.core_used >= kFull) {
       reason.binding = Binding::kCore;
     }
+  }
+
+  // The predecessor of its head that gives output most often, where it runs as often as that. Of one that follows
+  // another, that says more.
+  std::optional<NodeId> held_by_input(std::size_t i, const plan::Member* member) const {
+    const NodeId head = app_.graph.subchain(SubchainId(i)).head();
+    if (!app_.graph.awaits_input(head) || (member != nullptr && member->after)) return std::nullopt;
+    std::optional<NodeId> from;
+    for (const NodeId one : app_.graph.node(head).predecessors) {
+      if (!from || outputs_apart(one) < outputs_apart(*from)) from = one;
+    }
+    if (period(i) > outputs_apart(*from) * (1.0 + kAtCap)) return std::nullopt;
+    return from;
+  }
+  // As expected.
+  Millis outputs_apart(NodeId id) const {
+    const graph::Node& node = app_.graph.node(id);
+    if (node.external) return to_millis(*node.period);
+    if (!node.subchain) return to_millis(node.outputs_apart()) * costs_.runs_per_output(id);
+    const graph::Subchain& subchain = app_.graph.subchain(*node.subchain);
+    Millis apart = period(node.subchain->index()) * costs_.runs_per_output(subchain, id);
+    for (const NodeId before : subchain.nodes) {
+      apart = std::max(apart, to_millis(app_.graph.node(before).output_period.value_or(Nanos{0})));
+      if (before == id) break;
+    }
+    return apart;
   }
 
   void of_pipeline(std::size_t i, Reason& reason) const {

@@ -41,6 +41,7 @@ std::vector<CoreGroup> allocation_groups(const plan::Plan& plan, const graph::Ap
 enum class Binding {
   kExactRate,    // of `node`
   kRateCap,      // of `node`
+  kInput,        // it runs for news, which comes no more often: that of `node`
   kLongestNode,  // it owns several cores: more of them would not help
   kBound,        // without `bounds`, which it is part of, it would be slower
   kLeader,       // triggered by outputs of `leader`
@@ -51,7 +52,7 @@ enum class Binding {
 
 struct Reason {
   Binding binding = Binding::kChosen;
-  std::optional<NodeId> node;         // whose rate, or which is the longest
+  std::optional<NodeId> node;         // whose rate, whose output, or which is the longest
   std::optional<plan::After> leader;  // whose outputs trigger it
   std::vector<std::string> bounds;    // keys, as in plan::RelaxedBound
   Millis period{0};                   // as expected

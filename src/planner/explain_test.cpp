@@ -88,6 +88,21 @@ TEST(Explain, NamesTheCapThatBindsAndTheRateThatIsGiven) {
   EXPECT_EQ(fast(of).node, of.app.graph.find_node("fast"));
 }
 
+// On a core of its own fast could run five times as often as the camera gives something.
+TEST(Explain, NamesTheInputThatComesNoMoreOften) {
+  graph::AppSpec spec = graph::spec_of({"camera", "fast", "slow", "base"}, {"camera fast base", "slow base"});
+  for (const char* name : {"camera", "base"}) node(spec, name).external = true;
+  node(spec, "camera").period = at_most(20.0);
+  spec.objective = {graph::response("fast base", 1.0), graph::response("slow base", 0.05)};
+  EXPECT_EQ(fast(explained(spec, 2)).binding, Binding::kCost);
+  node(spec, "fast").needs_input = true;
+  const Explained of = explained(spec, 2);
+  EXPECT_EQ(fast(of).binding, Binding::kInput);
+  EXPECT_EQ(fast(of).node, of.app.graph.find_node("camera"));
+  EXPECT_NEAR(fast(of).period.count(), 20.0, 0.4);
+  EXPECT_GE(of.plan.subchains[0].period, Millis{19.9});
+}
+
 TEST(Explain, NamesWhoTriggersWhom) {
   graph::AppSpec spec = graph::spec_of({"fast", "slow", "base"}, {"fast slow base"});
   node(spec, "base").external = true;

@@ -110,12 +110,15 @@ Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& p
       joined_(app.joined_by_exclusion()),
       chains_(chains_of(app)),
       clocks_(app.graph.subchains().size()) {
+  const std::vector<plan::UsefulPeriod> useful = plan::useful_periods(app.graph);
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
     const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
+    const Millis shortest = limits.exact ? limits.min : std::max(limits.min, useful[i].min);
     const graph::Node& head = app.graph.node(app.graph.subchain(SubchainId(i)).head());
     const bool free = freedom.outputs || head.trigger == graph::TriggerBy::kArrival;
     const graph::TriggerBy trigger = free ? head.trigger : graph::TriggerBy::kTime;
-    limits_.push_back({std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), trigger});
+    limits_.push_back({std::max(to_nanos(shortest), dispatch::kShortestPeriod),
+                       std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), trigger});
     neighbours_.push_back(neighbours_of(app.graph, SubchainId(i)));
     predecessors_.push_back(predecessors_of(app.graph, SubchainId(i)));
     arrivals_.push_back(trigger == graph::TriggerBy::kTime ? std::vector<Arrival>()
@@ -250,7 +253,7 @@ void Moves::line_up(Schedule& schedule, const std::vector<std::size_t>& line) co
     place.clock.reset();
     place.phase = Nanos{0};
     place.priority = priorities[at - 1];
-    place.period = std::max(to_nanos(Millis{kHeldApart * turns[i] * turn}), limits_[i].shortest);
+    place.period = std::max(to_nanos(Millis{kHeldApart * turns[i] * turn}), limits_[i].held_apart);
   }
   constexpr double kRest = 0.07;  // of a turn: the slack
   Place& first = schedule.subchains[leader];
@@ -305,7 +308,7 @@ void Moves::lead(Schedule& schedule, std::size_t leader) const {
     lowest = std::min(lowest, place.priority);
     const double every = to_millis(place.period) / to_millis(first.period);
     place.after = plan::After{SubchainId(leader), std::max(1, static_cast<int>(std::lround(every)))};
-    place.period = std::max(to_nanos(kHeldApart * to_millis(place.period)), limits_[i].shortest);
+    place.period = std::max(to_nanos(kHeldApart * to_millis(place.period)), limits_[i].held_apart);
     followed = true;
   }
   if (!followed) return;
@@ -321,7 +324,7 @@ void Moves::follow_arrivals(Place& place, std::size_t subchain, const Arrival& a
   place.clock.reset();
   place.phase = Nanos{0};
   place.after = plan::After{arrival.node, every};
-  place.period = std::max(to_nanos(kHeldApart * every * arrival.apart), limits_[subchain].shortest);
+  place.period = std::max(to_nanos(kHeldApart * every * arrival.apart), limits_[subchain].held_apart);
 }
 
 void Moves::change(Schedule& schedule, Random& random) const {
@@ -406,12 +409,12 @@ void Moves::change_time(Place& place, std::size_t subchain, Random& random) cons
     const int before = place.after->every;
     place.after->every = std::max(1, random.once_in(2) ? before + 1 : before - 1);
     const Nanos scaled = place.period * place.after->every / before;
-    place.period = std::max(scaled, limits_[subchain].shortest);
+    place.period = std::max(scaled, limits_[subchain].held_apart);
     return;
   }
   const double phase = to_millis(place.phase) / to_millis(place.period);
-  place.period =
-      std::max(to_nanos(Millis{stretched(to_millis(place.period).count(), size, random)}), limits_[subchain].shortest);
+  const Nanos least = place.after ? limits_[subchain].held_apart : limits_[subchain].shortest;
+  place.period = std::max(to_nanos(Millis{stretched(to_millis(place.period).count(), size, random)}), least);
   place.phase = std::min(to_nanos(phase * to_millis(place.period)), place.period - Nanos{1});
 }
 
@@ -536,7 +539,7 @@ void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& ran
   place.after = plan::After{SubchainId(leader), every};
   // Some less than outputs are likely to be apart.
   const double apart = every * std::max(to_millis(schedule.subchains[leader].period).count(), 1.5 * cost_[leader]);
-  place.period = std::max(to_nanos(Millis{kHeldApart * apart}), limits_[subchain].shortest);
+  place.period = std::max(to_nanos(Millis{kHeldApart * apart}), limits_[subchain].held_apart);
   if (has_cycle(schedule)) place = before;
 }
 

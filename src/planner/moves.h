@@ -57,7 +57,8 @@ class Moves {
   // Changes one thing or two. What comes of it is complete and without a cycle of followers; it may be a bad idea.
   void change(trial::Schedule& schedule, Random& random) const;
 
-  // The shortest period that a cap, an exact rate or the dispatcher allows.
+  // The shortest period that a cap, an exact rate or the dispatcher allows, and that is of use
+  // (plan::useful_periods()).
   Nanos shortest_period(std::size_t subchain) const { return limits_[subchain].shortest; }
   bool exact(std::size_t subchain) const { return limits_[subchain].exact; }
   // Gives a subchain the trigger that the app asks for, if it asks for one that is not by time.
@@ -84,6 +85,7 @@ class Moves {
  private:
   struct Limits {
     Nanos shortest{0};
+    Nanos held_apart{0};  // of one that follows outputs: these may come a little early, whatever is of use on average
     bool exact = false;
     graph::TriggerBy trigger = graph::TriggerBy::kAny;
   };

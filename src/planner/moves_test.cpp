@@ -21,7 +21,9 @@ TEST(Random, IsTheSameEverywhere) {
 RC_GTEST_PROP(MovesProperty, KeepASchedulePossibleWhateverTheyDo, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 3);
   const RandomCase random = random_case(seed, {.subchains = 5, .caps = true, .exact = true, .pairs = true}, cores);
-  const graph::App& app = random.app;
+  graph::App app = random.app;
+  if (seed % 2 == 0) need_input(app);
+  const std::vector<plan::UsefulPeriod> useful = plan::useful_periods(app.graph);
   const std::size_t count = app.graph.subchains().size();
   const Pipelines pipelines(app, trial::Samples(app, trial::MeasuredRuns(app.graph.nodes().size()), random.costs),
                             random.costs, 0.06);
@@ -60,6 +62,7 @@ RC_GTEST_PROP(MovesProperty, KeepASchedulePossibleWhateverTheyDo, (std::uint64_t
     RC_ASSERT(place.core >= 0 && place.core < cores);
     RC_ASSERT(!(place.pause && place.after));
     RC_ASSERT(place.period >= to_nanos(limits.min));
+    RC_ASSERT(limits.exact || place.after || place.period >= to_nanos(useful[i].min));
     if (limits.exact) RC_ASSERT(place.period == to_nanos(*limits.exact) && !place.pause && !place.after);
     RC_ASSERT(place.phase == Nanos{0} || place.phase < place.period);
     std::size_t at = i;

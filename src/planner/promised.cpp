@@ -177,10 +177,12 @@ std::optional<Promised> slowed(const graph::App& app, const trial::Samples& samp
   // Exact rates take of what is there, and batches grow with periods.
   constexpr double kFirst = 2.0;
   constexpr double kLast = 4096.0;
+  const std::vector<plan::UsefulPeriod> useful = plan::useful_periods(app.graph);
   for (double factor = kFirst; factor <= kLast; factor *= 2.0) {
     for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
       trial::Place& place = schedule.subchains[i];
-      set_period(app, SubchainId(i), factor * in_turn[static_cast<std::size_t>(place.core)], place);
+      const Millis period = factor * in_turn[static_cast<std::size_t>(place.core)];
+      set_period(app, SubchainId(i), std::max(period, useful[i].min), place);
     }
     std::optional<plan::Plan> plan = plan_of(app, samples, costs, schedule, slack);
     if (plan) return Promised{*std::move(plan), std::move(schedule)};

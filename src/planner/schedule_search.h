@@ -207,6 +207,7 @@ class ScheduleSearch {
   Random random_;
   std::unique_ptr<Costs> costs_;
   std::vector<double> tail_weights_;  // by term
+  bool limits_input_ = false;         // how often some subchain has something to do, since its runs need input
   std::optional<Moves> moves_;
   std::vector<NodeId> clocks_;
   std::vector<Ticks> phases_;          // that are tried; none: all of them

@@ -80,6 +80,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   const double run = to_millis(machine.run + machine.context_switch).count();
   for (const graph::Term& term : app.objective) know_term(term, samples, planned, run);
   know_asked_rates();
+  know_inputs(planned);
   if (!app.exclusive.empty()) know_exclusions(tables);
 }
 
@@ -220,6 +221,56 @@ void Surrogate::know_asked_rates() {
   }
 }
 
+void Surrogate::know_inputs(const model::CostTable& planned) {
+  const graph::Graph& graph = app_.graph;
+  const auto awaits = [&](const graph::Subchain& subchain) { return graph.awaits_input(subchain.head()); };
+  if (std::none_of(graph.subchains().begin(), graph.subchains().end(), awaits)) return;
+  for (const graph::Subchain& subchain : graph.subchains()) {
+    std::optional<Fed>& fed = fed_.emplace_back();
+    if (!awaits(subchain)) continue;
+    fed.emplace(Fed{.apart = kInfinity, .subchains = {}});
+    for (const NodeId from : graph.node(subchain.head()).predecessors) {
+      const graph::Node& node = graph.node(from);
+      if (node.subchain) {
+        fed->subchains.push_back(node.subchain->index());
+      } else {
+        const double apart = node.external ? own_period(graph, from) : arrivals_[from.index()].apart;
+        fed->apart = std::min(fed->apart, apart * planned.runs_per_output(from));
+      }
+    }
+  }
+}
+
+// What comes to a subchain is so far apart, the fastest of it; 0: its runs do not wait for it.
+double Surrogate::fed_apart(std::size_t subchain) const {
+  if (fed_.empty() || !fed_[subchain]) return 0.0;
+  double apart = fed_[subchain]->apart;
+  for (const std::size_t from : fed_[subchain]->subchains) apart = std::min(apart, timings_[from].period);
+  return apart;
+}
+
+// Whether some subchain never runs, since it is triggered by what its own output would bring about, or waits for that.
+bool Surrogate::waits_for_itself(const trial::Schedule& schedule) const {
+  if (fed_.empty()) return false;
+  std::vector<bool> runs(timings_.size(), false);
+  const auto may_run = [&](std::size_t i) {
+    const std::optional<plan::After>& after = schedule.subchains[i].after;
+    if (after && after->subchain() != nullptr && !runs[after->subchain()->index()]) return false;
+    if (!fed_[i] || fed_[i]->apart < kInfinity) return true;
+    return std::any_of(fed_[i]->subchains.begin(), fed_[i]->subchains.end(),
+                       [&](std::size_t from) { return runs[from]; });
+  };
+  bool changed = true;
+  while (changed) {
+    changed = false;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (runs[i] || !may_run(i)) continue;
+      runs[i] = changed = true;
+    }
+  }
+  return std::find(runs.begin(), runs.end(), false) != runs.end();
+}
+
 // How far apart the triggers are of a subchain that follows another, where each run of that one gives an output.
 double Surrogate::outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const {
   const plan::After& after = *schedule.subchains[subchain].after;
@@ -264,7 +315,7 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
   for (const trial::Pipeline& pipeline : schedule.pipelines) {
     const std::size_t i = pipeline.subchain.index();
     Timing& timing = timings_[i];
-    timing.period = to_millis(pipeline.pacing.period).count();
+    timing.period = std::max(to_millis(pipeline.pacing.period).count(), fed_apart(i));
     timing.promised_period = timing.period;
     // Paced by its own outputs, it is as much slower at worst as its runs are longer.
     if (pipeline.pacing.after_completion > Nanos{0}) timing.promised_period *= timing.planned * usable_ / timing.cost;
@@ -384,7 +435,7 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
   timing.from_begin = (timing.cost + met_after_waits) * stretch + timing.waits;
   timing.late = led.late;
   timing.stretch = stretch;
-  const double min = to_millis(place.period).count();
+  const double min = std::max(to_millis(place.period).count(), fed_apart(i));
   const double variance = timing.square - timing.cost * timing.cost;
   if (place.pause) {
     timing.period = std::max(min, timing.execution + to_millis(*place.pause).count());
@@ -449,7 +500,7 @@ bool Surrogate::time_cores(const trial::Schedule& schedule) {
 bool Surrogate::settles_at_once(const trial::Schedule& schedule) const {
   for (std::size_t at = 0; at < order_.size(); ++at) {
     const std::size_t i = order_[at];
-    if (!batches_[i].empty()) return false;
+    if (!batches_[i].empty() || (!fed_.empty() && fed_[i] && !fed_[i]->subchains.empty())) return false;
     const std::optional<plan::After>& after = schedule.subchains[i].after;
     if (!after || after->subchain() == nullptr) continue;
     const std::size_t leader = after->subchain()->index();
@@ -461,6 +512,7 @@ bool Surrogate::settles_at_once(const trial::Schedule& schedule) const {
 }
 
 std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule, double limit) {
+  if (waits_for_itself(schedule)) return std::nullopt;
   const std::vector<trial::Place>& places = schedule.subchains;
   order_.clear();
   for (std::size_t i = 0; i < places.size(); ++i) {

@@ -14,6 +14,9 @@
 // average over long and short runs (run_spread.h); one that keeps it to the clock that begins it finds what came by the
 // last tick, when it has passed through nodes that follow that.
 //
+// One whose runs await input completes no more often than the fastest of what feeds it gives some. Where those that
+// trigger it, or feed it, wait for it themselves, it gets no time at all.
+//
 // A batch costs what the items add that come in p_i on average; its period and its cost follow from one another.
 //
 // What it leaves out is what trials are for: order and other phases, bursts, which runs meet, batches of unscheduled
@@ -160,6 +163,11 @@ class Surrogate {
     std::vector<double> unscheduled;  // by kind: a run of each of them, as planned
     bool has_unscheduled = false;
   };
+  // What feeds the head of a subchain, where its runs await input.
+  struct Fed {
+    double apart = 0.0;                  // outputs of others than subchains, the fastest of them
+    std::vector<std::size_t> subchains;  // those that feed it
+  };
   struct Batches {  // of a node
     std::vector<model::BatchInput> inputs;
     std::vector<double> per_item;  // by kind
@@ -173,6 +181,9 @@ class Surrogate {
   void know_arrivals(const model::CostTable& planned, const model::CostTable& costs, double slack);
   void know_term(const graph::Term& term, const trial::Samples& samples, const model::CostTable& planned, double run);
   void know_asked_rates();
+  void know_inputs(const model::CostTable& planned);
+  double fed_apart(std::size_t subchain) const;
+  bool waits_for_itself(const trial::Schedule& schedule) const;
   void know_exclusions(const std::vector<model::CostTable>& tables);
   std::optional<double> promised_blocking(const trial::Schedule& schedule, std::size_t subchain) const;
 
@@ -226,6 +237,7 @@ class Surrogate {
   // By kind, subchain, threads - 1: as times one thread.
   std::vector<std::vector<std::vector<double>>> parts_on_threads_;
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
+  std::vector<std::optional<Fed>> fed_;        // by subchain; empty where no run awaits input
   std::vector<Exclusion> exclusions_;
   std::vector<bool> kept_away_;  // by subchain: from its core, by what has its group and waits; empty without groups
   int rounds_;                   // until periods are good enough for a guess

@@ -19,6 +19,8 @@ const char* binding_name(Binding binding) {
       return "exact_rate";
     case Binding::kRateCap:
       return "rate_cap";
+    case Binding::kInput:
+      return "input";
     case Binding::kLongestNode:
       return "longest_node";
     case Binding::kCost:

@@ -74,6 +74,8 @@ class Text {
         return fmt::format("its rate is given: min_rate and max_rate of {} are equal", name(*reason.node));
       case Binding::kRateCap:
         return fmt::format("the max_rate of {} allows no more", name(*reason.node));
+      case Binding::kInput:
+        return fmt::format("it runs for new output of {}, which comes no more often", name(*reason.node));
       case Binding::kLongestNode:
         return fmt::format("its longest node, {}: {} a run; more cores would not help", name(*reason.node),
                            ms_text(reason.cost));

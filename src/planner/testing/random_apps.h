@@ -51,6 +51,13 @@ struct RandomLimits {
   bool batches = false;    // runs of the last subchain cost more with each item of a batch
 };
 
+// As if all of its subchains began with callbacks of messages.
+inline void need_input(graph::App& app) {
+  std::vector<NodeId> heads;
+  for (const graph::Subchain& subchain : app.graph.subchains()) heads.push_back(subchain.head());
+  app.graph = app.graph.needing_input(heads);
+}
+
 // Draws one case. Each step draws from what the steps before it have left.
 class RandomCaseBuilder {
  public:
