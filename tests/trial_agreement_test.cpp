@@ -157,14 +157,22 @@ TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakes) {
   expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.06, 0.03);
 }
 
+// Who is triggered by time alone, as plans of fixed priorities have it: while a run waits, no other is triggered.
+sim::Options following(const trial::Schedule& schedule) {
+  std::vector<policy::SubchainPlace> places;
+  for (const trial::Place& place : schedule.subchains) {
+    places.push_back(policy::place_by_phase(place.priority - 1, place.core, place.period, place.phase));
+  }
+  return {.policy = std::make_shared<policy::GivenPlaces>(std::move(places))};
+}
+
 // Callbacks of messages, as often as they are triggered.
 TEST_P(TrialAgreement, WithTheSimulatorWhereRunsNeedInput) {
   const auto seed = static_cast<std::uint64_t>(GetParam());
   planner::RandomCase of = random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 3);
   planner::need_input(of.app);
-  given_plan() = random_rates(of, seed);
-  const sim::Options options{.policy = std::make_shared<baselines::RatesPolicy>("given", plan_as_given, of.costs)};
-  expect_close(of, run_both(of, schedule_of(given_plan(), of.cores), options), 0.03, 0.02);
+  const trial::Schedule schedule = schedule_of(random_rates(of, seed), of.cores);
+  expect_close(of, run_both(of, schedule, following(schedule)), 0.03, 0.02);
 }
 
 // Every other node waits for up to two times as long as it computes.
@@ -198,11 +206,11 @@ TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakesWhereRunsWait) {
 // --- A display ---
 
 // Two chains that end at its ticks, of which one begins at those of a camera.
-planner::RandomCase with_display(std::uint64_t seed) {
+planner::RandomCase with_display(std::uint64_t seed, Nanos camera = std::chrono::microseconds{33'333}) {
   graph::AppSpec spec =
       graph::spec_of({"camera", "track", "draw", "warp", "display"}, {"camera track draw warp display", "track warp"});
   for (const char* name : {"camera", "display"}) graph::node(spec, name).external = true;
-  graph::node(spec, "camera").period = graph::At<Nanos>{std::chrono::microseconds{33'333}, {}};
+  graph::node(spec, "camera").period = graph::At<Nanos>{camera, {}};
   graph::node(spec, "display").period = graph::At<Nanos>{std::chrono::microseconds{8'333}, {}};
   spec.objective = {graph::response("camera track draw warp display", 0.5), graph::response("track warp display", 0.5),
                     graph::response("draw warp display", 1.0)};
@@ -219,6 +227,21 @@ TEST_P(TrialAgreement, WithTheSimulatorOfClocksThatAreNotOurs) {
   sim::Options options{.policy = std::make_shared<baselines::RatesPolicy>("given", plan_as_given, of.costs)};
   options.clocks = {.seed = seed, .drift_ppm = 200.0};
   expect_close(of, run_both(of, schedule_of(given_plan(), of.cores), options), 0.03, 0.02);
+}
+
+// Mostly sooner than the camera's next tick, for which track waits then. The camera's phase to the display has to
+// change soon: all keep step with the camera, and at 33.3 ms it would be chance for minutes which tick each is in time
+// for.
+TEST_P(TrialAgreement, WithTheSimulatorBehindACameraWhereRunsNeedInput) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  planner::RandomCase of = with_display(seed, std::chrono::milliseconds{31});
+  planner::need_input(of.app);
+  const trial::Schedule schedule = schedule_of(random_rates(of, seed), of.cores);
+  sim::Options options = following(schedule);
+  options.clocks = {.seed = seed, .drift_ppm = 200.0};
+  const Both both = run_both(of, schedule, options);
+  expect_close(of, both, 0.03, 0.02);
+  EXPECT_GE(both.tried.subchains[0].period_ms, 30.9) << "what is triggered more often waits";
 }
 
 // Both draw at each tick, warp just before it.
