@@ -39,12 +39,11 @@ class Tested : public policy::Policy {
     return real_->decide(situation);
   }
   Result<std::optional<policy::Decision>> decide_again(const policy::Situation& situation,
-                                                       const policy::Decision& in_force,
-                                                       double to_beat) const override {
+                                                       const policy::Decision& in_force) const override {
     asked.push_back(situation.costs[NodeId(0)].single_thread().count());
     periodic.push_back(situation.periodic);
     if (fails) return Error::caller("there is no plan", "wait");
-    return real_->decide_again(situation, in_force, to_beat);
+    return real_->decide_again(situation, in_force);
   }
 
   Nanos replan_every(const graph::SchedulerOptions& options) const override { return every.value_or(options.replan); }

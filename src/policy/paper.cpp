@@ -37,8 +37,7 @@ Result<Decision> decide_by_paper(const Situation& situation, const plan::Plan* a
 
 Result<Decision> PaperPolicy::decide(const Situation& situation) const { return decide_by_paper(situation, nullptr); }
 
-Result<std::optional<Decision>> PaperPolicy::decide_again(const Situation& situation, const Decision& in_force,
-                                                          double /*to_beat*/) const {
+Result<std::optional<Decision>> PaperPolicy::decide_again(const Situation& situation, const Decision& in_force) const {
   const bool keeps_cores =
       situation.periodic % kStageOneEvery != 0 && in_force.plan && in_force.plan->cores.size() == situation.cpus.size();
   Result<Decision> decision = decide_by_paper(situation, keeps_cores ? &*in_force.plan : nullptr);

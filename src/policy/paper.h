@@ -25,8 +25,7 @@ class PaperPolicy : public PlannedPolicy {
   bool adapts() const override { return true; }
   Nanos replan_every(const graph::SchedulerOptions& /*options*/) const override { return kStageTwoEvery; }
   Result<Decision> decide(const Situation& situation) const override;
-  Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,
-                                               double to_beat) const override;
+  Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force) const override;
 };
 
 }  // namespace ctn::policy

@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "base/numbers.h"
 #include "config/testing/apps.h"
 #include "plan/limits.h"
 
@@ -56,7 +55,7 @@ TEST_F(PaperPolicyTest, PlansEveryFiveSecondsAndCoresEveryTwenty) {
   const model::CostTable other = costs_of(2.0, 2.0, 40.0);
   for (int periodic = 0; periodic <= 8; ++periodic) {
     SCOPED_TRACE(periodic);
-    const auto again = policy.decide_again(situation(other, periodic), *decision, kInfinity);
+    const auto again = policy.decide_again(situation(other, periodic), *decision);
     ASSERT_TRUE(again.ok() && *again);
     EXPECT_EQ(cores(**again) != cores(*decision), periodic % 4 == 0);
   }
@@ -67,7 +66,7 @@ TEST_F(PaperPolicyTest, PlansAnewForOtherCpus) {
   const Result<Decision> decision = policy.decide(situation(costs));
   ASSERT_TRUE(decision.ok());
   cpus = os::CpuSet{1};
-  const auto again = policy.decide_again(situation(costs, 1), *decision, kInfinity);
+  const auto again = policy.decide_again(situation(costs, 1), *decision);
   ASSERT_TRUE(again.ok() && *again);
   EXPECT_EQ((*again)->plan->cores.size(), 1U);
 }

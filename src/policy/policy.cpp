@@ -20,8 +20,7 @@ using Made = std::shared_ptr<const Policy>;
 
 }  // namespace
 
-Result<std::optional<Decision>> Policy::decide_again(const Situation& situation, const Decision& /*in_force*/,
-                                                     double /*to_beat*/) const {
+Result<std::optional<Decision>> Policy::decide_again(const Situation& situation, const Decision& /*in_force*/) const {
   Result<Decision> decision = decide(situation);
   if (!decision) return decision.error();
   return std::optional(std::move(*decision));

@@ -112,10 +112,9 @@ class Policy {
   // Errors: what the app does not say (rates set by hand) or cannot have (a plan). kCaller.
   virtual Result<Decision> decide(const Situation& situation) const = 0;
 
-  // Decides again, with `in_force` under way, which may be of other cores. Only a plan that meets all bounds with an
-  // objective below `to_beat` is of use; none: there is no such plan. Where `to_beat` is infinite, any plan is.
-  virtual Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,
-                                                       double to_beat) const;
+  // Decides again, with `in_force` under way, which may be of other cores. None: nothing better was found, and what is
+  // in force stays.
+  virtual Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force) const;
 
  protected:
   explicit Policy(std::string name) : name_(std::move(name)) {}

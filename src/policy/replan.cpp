@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <optional>
 
-#include "base/numbers.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/recost.h"
@@ -102,23 +101,15 @@ Incumbent::Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& a
   if (now_) now_->expected = plan::expect(*now_, planned, typical);
 }
 
-double Incumbent::to_beat() const {
-  if (unconditional_ || !now_ || now_->relax_factor > 1.0 || out_of_date(plan_, *now_)) return kInfinity;
-  for (std::size_t index = 0; index < plan_.subchains.size(); ++index) {
-    if (!plan::shares_core(plan_, plan_.subchains[index]) && paced_differently(plan_, *now_, index)) return kInfinity;
-  }
-  return now_->objective * (1.0 - kSwapThreshold);
-}
-
 bool Incumbent::yields_to(const plan::Plan& candidate) const {
   return unconditional_ || worth_swapping(plan_, now_, candidate);
 }
 
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation,
                                             const Decision& in_force) {
-  if (!in_force.plan || policy.judges()) return policy.decide_again(situation, in_force, kInfinity);
+  if (!in_force.plan || policy.judges()) return policy.decide_again(situation, in_force);
   const Incumbent incumbent(*in_force.plan, situation.why, situation.app, situation.costs, situation.typical);
-  Result<std::optional<Decision>> decision = policy.decide_again(situation, in_force, incumbent.to_beat());
+  Result<std::optional<Decision>> decision = policy.decide_again(situation, in_force);
   if (decision && *decision && !incumbent.yields_to(*(*decision)->plan)) decision->reset();
   return decision;
 }

@@ -65,9 +65,6 @@ class Incumbent {
   Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& app, const model::CostTable& costs,
             const model::CostTable& typical);
 
-  // No plan gives way to one that meets all bounds with an objective that is not below this. Infinite where a plan may
-  // be replaced for other reasons, too.
-  double to_beat() const;
   // At any rate to what is made because this one rests on no measurement or cannot be followed any more, else to what
   // is worth a swap.
   bool yields_to(const plan::Plan& candidate) const;

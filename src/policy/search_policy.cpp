@@ -334,8 +334,7 @@ class Deciding {
 
 std::unique_ptr<Memory> SearchPolicy::make_memory() const { return std::make_unique<SearchMemory>(); }
 
-Result<std::optional<Decision>> SearchPolicy::decide_again(const Situation& situation, const Decision& in_force,
-                                                           double /*to_beat*/) const {
+Result<std::optional<Decision>> SearchPolicy::decide_again(const Situation& situation, const Decision& in_force) const {
   auto* const memory = static_cast<SearchMemory*>(situation.memory);
   if (memory == nullptr || situation.runs == nullptr || situation.frames ||
       !planner::may_have_priorities(situation.app)) {

@@ -35,8 +35,7 @@ class SearchPolicy : public PlannedPolicy {
   // By formulas: nothing has run, and what nodes cost is only assumed.
   Result<Decision> decide(const Situation& situation) const override { return formulas_.decide(situation); }
   // None: what is in force goes on as it is. Precondition: situation.memory is of make_memory(), or null.
-  Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,
-                                               double to_beat) const override;
+  Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force) const override;
 
  private:
   FormulaPolicy formulas_;

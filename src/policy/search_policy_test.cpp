@@ -63,7 +63,7 @@ struct Asked {
                                                                     .min_runs = kRuns,
                                                                     .step_factor = step_factor,
                                                                     .memory = memory.get()},
-                                                                   in_force, 0.0);
+                                                                   in_force);
     if (!decision || !*decision) return false;
     in_force = std::move(**decision);
     return true;

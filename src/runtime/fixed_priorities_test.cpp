@@ -165,8 +165,7 @@ class PrioritiesLater : public policy::Policy {
     return frames_->decide(situation);
   }
   Result<std::optional<policy::Decision>> decide_again(const policy::Situation& situation,
-                                                       const policy::Decision& in_force,
-                                                       double /*to_beat*/) const override {
+                                                       const policy::Decision& in_force) const override {
     policy::Decision decision = *priorities_.decide(situation);
     decision.plan = in_force.plan;
     return std::optional(std::move(decision));

@@ -207,10 +207,9 @@ class FailsOnOneCpu : public policy::PlannedPolicy {
     return real_->decide(situation);
   }
   Result<std::optional<policy::Decision>> decide_again(const policy::Situation& situation,
-                                                       const policy::Decision& in_force,
-                                                       double to_beat) const override {
+                                                       const policy::Decision& in_force) const override {
     if (fails_.load() && situation.cpus.size() == 1) return Error::caller("there is no plan", "wait");
-    return real_->decide_again(situation, in_force, to_beat);
+    return real_->decide_again(situation, in_force);
   }
 
  private:

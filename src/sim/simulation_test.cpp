@@ -130,8 +130,7 @@ class PlansOnce : public policy::Policy {
     return real_->decide(situation);
   }
   Result<std::optional<policy::Decision>> decide_again(const policy::Situation& /*situation*/,
-                                                       const policy::Decision& /*in_force*/,
-                                                       double /*to_beat*/) const override {
+                                                       const policy::Decision& /*in_force*/) const override {
     return Error::caller("there is no plan", "ask for less");
   }
 
