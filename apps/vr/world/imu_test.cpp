@@ -18,7 +18,6 @@ class Still : public Trajectory {
     return motion;
   }
   double duration() const override { return duration_; }
-  std::uint64_t fingerprint() const override { return 0; }
 
  private:
   double duration_;

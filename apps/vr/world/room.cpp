@@ -2,12 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 #include <Eigen/Geometry>
 
-#include "program/fingerprint.h"
 #include "program/random.h"
 #include "world/textures.h"
 
@@ -182,27 +180,9 @@ class Builder {
   std::vector<Rectangle> rectangles_;
 };
 
-void add_numbers(program::Fingerprint& fingerprint, const float* numbers, std::size_t count) {
-  std::vector<unsigned char> bytes(count * sizeof(float));
-  std::memcpy(bytes.data(), numbers, bytes.size());
-  fingerprint.add(bytes);
-}
-
 }  // namespace
 
-Room::Room(std::uint64_t seed) : textures_(world::textures(seed)), rectangles_(Builder(seed).build()) {
-  program::Fingerprint fingerprint;
-  for (const Texture& texture : textures_) fingerprint.add(texture.rgb);
-  for (const Rectangle& rectangle : rectangles_) {
-    add_numbers(fingerprint, rectangle.origin.data(), 3);
-    add_numbers(fingerprint, rectangle.right.data(), 3);
-    add_numbers(fingerprint, rectangle.down.data(), 3);
-    add_numbers(fingerprint, rectangle.repeats.data(), 2);
-    add_numbers(fingerprint, &rectangle.shade, 1);
-    fingerprint.add(std::array{static_cast<unsigned char>(rectangle.texture)});
-  }
-  fingerprint_ = fingerprint.value();
-}
+Room::Room(std::uint64_t seed) : textures_(world::textures(seed)), rectangles_(Builder(seed).build()) {}
 
 std::optional<double> Room::distance(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
   constexpr double kOnIt = 1e-9;  // a ray that starts on a surface does not meet it

@@ -51,13 +51,9 @@ class Room {
   // only be outside of the room.
   std::optional<double> distance(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
-  // Changes with the room, for what is kept of its pictures.
-  std::uint64_t fingerprint() const { return fingerprint_; }
-
  private:
   std::vector<Texture> textures_;
   std::vector<Rectangle> rectangles_;
-  std::uint64_t fingerprint_ = 0;
 };
 
 }  // namespace ctn::vr::world

@@ -5,9 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 
-#include "program/fingerprint.h"
 #include "program/random.h"
 #include "world/jet.h"
 
@@ -78,16 +76,6 @@ const Movement* last_begun(const std::vector<Movement>& movements, double time) 
 }
 
 double wrapped_angle(double angle) { return std::remainder(angle, 2.0 * kPi); }
-
-void add_number(program::Fingerprint& fingerprint, double number) {
-  std::array<unsigned char, sizeof number> bytes{};
-  std::memcpy(bytes.data(), &number, sizeof number);
-  fingerprint.add(bytes);
-}
-
-void add_vector(program::Fingerprint& fingerprint, const Eigen::Vector3d& vector) {
-  for (const double number : {vector.x(), vector.y(), vector.z()}) add_number(fingerprint, number);
-}
 
 Eigen::Quaterniond exponential(const Eigen::Vector3d& rotation) {
   const double angle = rotation.norm();
@@ -207,23 +195,6 @@ Motion HeadTrajectory::at(double time) const {
   return motion;
 }
 
-std::uint64_t HeadTrajectory::fingerprint() const {
-  program::Fingerprint fingerprint;
-  for (const GazeShift& shift : gaze_shifts_) {
-    for (const double number : {shift.start, shift.duration, shift.yaw, shift.pitch, shift.yaw_by, shift.pitch_by}) {
-      add_number(fingerprint, number);
-    }
-  }
-  for (const Walk& walk : walks_) {
-    for (const double number : {walk.start, walk.duration, walk.from.x(), walk.from.y(), walk.to.x(), walk.to.y()}) {
-      add_number(fingerprint, number);
-    }
-  }
-  for (const double phase : phases_) add_number(fingerprint, phase);
-  for (const double number : {options_.duration, options_.height}) add_number(fingerprint, number);
-  return fingerprint.value();
-}
-
 RecordedTrajectory::RecordedTrajectory(std::span<const TimedPose> poses, const Eigen::Vector3d& offset) {
   assert(poses.size() >= 2);
   const double begin = poses.front().time;
@@ -282,17 +253,6 @@ Motion RecordedTrajectory::at(double time) const {
   motion.pose.orientation.normalize();
   if (when != time) return {motion.pose, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
   return motion;
-}
-
-std::uint64_t RecordedTrajectory::fingerprint() const {
-  program::Fingerprint fingerprint;
-  add_number(fingerprint, spacing_);
-  for (const Pose& pose : controls_) {
-    add_vector(fingerprint, pose.position);
-    add_vector(fingerprint, pose.orientation.vec());
-    add_number(fingerprint, pose.orientation.w());
-  }
-  return fingerprint.value();
 }
 
 }  // namespace ctn::vr::world

@@ -42,8 +42,6 @@ class Trajectory {
   // Before 0 and after duration() the pose is that of the end, and nothing moves.
   virtual Motion at(double time) const = 0;
   virtual double duration() const = 0;
-  // Changes with the trajectory, for what is kept of one.
-  virtual std::uint64_t fingerprint() const = 0;
 };
 
 struct HeadOptions {
@@ -63,7 +61,6 @@ class HeadTrajectory : public Trajectory {
 
   Motion at(double time) const override;
   double duration() const override { return options_.duration; }
-  std::uint64_t fingerprint() const override;
 
  private:
   struct GazeShift {
@@ -104,7 +101,6 @@ class RecordedTrajectory : public Trajectory {
 
   Motion at(double time) const override;
   double duration() const override { return duration_; }
-  std::uint64_t fingerprint() const override;
 
  private:
   double spacing_ = 0.0;
