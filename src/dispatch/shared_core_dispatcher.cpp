@@ -29,26 +29,12 @@ const SharedCoreDispatcher::Decision& SharedCoreDispatcher::step(TimePoint now,
   take_progress(completed);
   while (advance()) {
   }
-  if (phase_ == Phase::kStopped) release_waiting();
   update_levels();
   plan_next_call();
   return decision_;
 }
 
-const SharedCoreDispatcher::Decision& SharedCoreDispatcher::stop(TimePoint now) {
-  begin_decision(now);
-  if (slot_) leave_slot();
-  next_schedule_.reset();
-  swap_schedule({});
-  phase_ = Phase::kStopped;
-  release_waiting();
-  plan_next_call();
-  return decision_;
-}
-
-void SharedCoreDispatcher::change_schedule(SharedCoreSchedule schedule) {
-  if (phase_ != Phase::kStopped) next_schedule_ = std::move(schedule);
-}
+void SharedCoreDispatcher::change_schedule(SharedCoreSchedule schedule) { next_schedule_ = std::move(schedule); }
 
 void SharedCoreDispatcher::adopt(SubchainId subchain, const RunState& state) {
   const auto member = std::find_if(members_.begin(), members_.end(),
@@ -114,8 +100,6 @@ bool SharedCoreDispatcher::advance() {
       return end_idle();
     case Phase::kSlack:
       return end_slack();
-    case Phase::kStopped:
-      break;
   }
   return false;
 }
@@ -346,8 +330,6 @@ TimePoint SharedCoreDispatcher::next_event() const {
       return idle_end_;
     case Phase::kSlack:
       return frame_due_;
-    case Phase::kStopped:
-      break;
   }
   return kNever;
 }

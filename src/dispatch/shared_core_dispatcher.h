@@ -100,10 +100,8 @@ class SharedCoreDispatcher {
   // stands still. A call may come early, late, or twice. The decision is good until the next call.
   const Decision& step(TimePoint now, std::span<const std::uint64_t> completed);
 
-  // For good: all members are released, and so are those that are adopted later (by the next step).
-  const Decision& stop(TimePoint now);
-
-  // At the end of the frame; of several the last. To be followed by a call of step().
+  // At the end of the frame; of several the last. An empty one releases all members. To be followed by a call of
+  // step().
   void change_schedule(SharedCoreSchedule schedule);
 
   // Hands over a subchain that no other core holds: RunState{} at first, then as it was released. It may come before
@@ -116,7 +114,7 @@ class SharedCoreDispatcher {
   std::uint64_t frames() const { return frame_number_; }
 
  private:
-  enum class Phase { kBoundary, kSlots, kIdle, kSlack, kStopped };
+  enum class Phase { kBoundary, kSlots, kIdle, kSlack };
   struct OpenSlot {
     std::size_t index = 0;
     TimePoint planned{};

@@ -87,11 +87,6 @@ class VirtualCore {
     call_at_ = now;
   }
 
-  void stop() {
-    apply(dispatcher.stop(now));
-    call_at_ = kNever;
-  }
-
   void run_until(TimePoint end) {
     while (true) {
       if (now >= call_at_) call();
