@@ -47,7 +47,6 @@ class Program final : public Service {
  private:
   catan_ros::LocalTopic& find_topic(const std::string& name);
   const catan_ros::Binding* find(std::size_t plugin, catan_ros::Binding::Kind kind, const std::string& topic) const;
-  std::unique_ptr<catan_ros::Runs> attach_now(const std::string& node);
 
   const std::vector<catan_ros::Binding> bindings_;
   const std::unique_ptr<catan_ros::MessageRuns> message_runs_;

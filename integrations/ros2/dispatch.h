@@ -51,7 +51,6 @@ class Dispatch {
   template <class Waiting>
   static void forget_found(Waiting& executor);
   void run_plainly();
-  void spin_scheduled();
   // By the thread that waits.
   void wait_for_work();
   void look_for_callbacks();

@@ -80,7 +80,6 @@ class Cpus {
   // The same at that time, plus a timer's latency; of several calls the last counts. kNever: not at all. For a thread
   // that is about to sleep, or sleeps.
   void wake_at(Thread thread, TimePoint time);
-  bool sleeps(Thread thread) const { return threads_[thread].state == State::kAsleep; }
 
   // CPU time that a thread has used so far.
   Nanos used_by(Thread thread);

@@ -46,7 +46,6 @@ class Surroundings {
   // Of the body; none where a data set does not say it. Of the eye's camera, where the body's is known.
   std::optional<Pose> truth(std::chrono::nanoseconds time) const;
   std::optional<Pose> true_eye(std::chrono::nanoseconds time) const;
-  bool knows_truth() const { return trajectory_ != nullptr; }
   const std::optional<State>& start() const { return start_; }
 
  private:

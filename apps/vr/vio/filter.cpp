@@ -297,10 +297,7 @@ Filter::Outcome Filter::update(double time, const std::vector<Observation>& obse
     if (window_.size() > 1) drop_from_window(window_.size() - 2);
   }
   correct_by_features(outcome);
-  if (judged_ >= kMinJudged && rejected_ >= kContradiction * judged_) {
-    restart_after_gap(kContradicted);
-    outcome.restarted = true;
-  }
+  if (judged_ >= kMinJudged && rejected_ >= kContradiction * judged_) restart_after_gap(kContradicted);
   if (window_.size() >= settings_.window) drop_from_window(0);
   if (window_.size() > 1 && !window_[window_.size() - 2].keyframe) drop_from_window(window_.size() - 2);
   return outcome;

@@ -82,7 +82,6 @@ class Filter {
     std::size_t used = 0;      // features that corrected the state
     std::size_t rejected = 0;  // that were finished, but could not be triangulated or failed the test
     bool at_rest = false;
-    bool restarted = false;
     Work work;
   };
   // A picture of `time` with what the tracker found in it. `keyframe`: its pose stays in the window.

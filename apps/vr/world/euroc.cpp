@@ -344,16 +344,6 @@ Result<Euroc> read_euroc(const std::string& folder) {
   return result;
 }
 
-Result<std::vector<State>> read_euroc_truth(const std::string& path) {
-  std::vector<TimedState> rows;
-  std::vector<Problem> problems;
-  if (const Status status = read(path, parse_euroc_truth, rows, problems); !status) return status.error();
-  if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
-  std::vector<State> states;
-  for (const TimedState& row : rows) states.push_back(state_at(row, rows.front().nanoseconds));
-  return states;
-}
-
 std::vector<TimedPose> poses_of(const std::vector<State>& states) {
   std::vector<TimedPose> poses;
   for (const State& state : states) poses.push_back({state.time, state.pose});

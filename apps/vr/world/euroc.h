@@ -42,9 +42,6 @@ inline constexpr std::size_t kMaxEurocBytes = std::size_t{256} << 20U;  // of on
 // few); kEnvironment, where one cannot be read.
 Result<Euroc> read_euroc(const std::string& folder);
 
-// Only what is true, from one file: to drive a RecordedTrajectory. Times are since its first line.
-Result<std::vector<State>> read_euroc_truth(const std::string& path);
-
 std::vector<TimedPose> poses_of(const std::vector<State>& states);
 
 // The parts, from texts; `file` names them in errors.

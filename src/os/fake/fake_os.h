@@ -71,7 +71,6 @@ class FakeOs : public Os {
 
   // Levels above kOrdinary are refused, with facts.why_not, unless facts.permitted.
   void set_real_time_facts(RealTimeFacts facts);
-  void set_host_facts(HostFacts facts);
   // As Linux does it: a thread all of whose CPUs are gone may use every CPU from then on, also when they come back.
   // Precondition: there is such a CPU, and it is not the last one online.
   void set_cpu_online(int cpu, bool online);
@@ -81,7 +80,6 @@ class FakeOs : public Os {
   void set_power_state(PowerState state);
   // Whether ready_time() tells anything; at first it does.
   void set_tells_ready_time(bool tells);
-  void set_stolen_time(std::map<int, Nanos> stolen);
   // From now on the thread counts as another, which began just now and has the number of one that has ended.
   void reuse_number(ThreadId thread);
   std::vector<Change> changes() const;
@@ -178,7 +176,6 @@ class FakeOs : public Os {
   HostFacts host_facts_;
   PowerState power_state_;
   bool tells_ready_time_ = true;
-  std::map<int, Nanos> stolen_time_;
   std::shared_ptr<std::atomic<int>> ready_cpus_held_ = std::make_shared<std::atomic<int>>(0);
   std::vector<Change> changes_;
   std::map<ThreadId, SavedScheduling> watched_;

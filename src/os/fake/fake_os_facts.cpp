@@ -161,11 +161,6 @@ void FakeOs::set_real_time_facts(RealTimeFacts facts) {
   real_time_facts_ = std::move(facts);
 }
 
-void FakeOs::set_host_facts(HostFacts facts) {
-  const Lock lock(mutex_);
-  host_facts_ = std::move(facts);
-}
-
 std::vector<FakeOs::Change> FakeOs::changes() const {
   const Lock lock(mutex_);
   return changes_;
@@ -210,11 +205,6 @@ void FakeOs::set_power_state(PowerState state) {
   power_state_ = std::move(state);
 }
 
-void FakeOs::set_stolen_time(std::map<int, Nanos> stolen) {
-  const Lock lock(mutex_);
-  stolen_time_ = std::move(stolen);
-}
-
 int FakeOs::current_cpu() {
   const Lock lock(mutex_);
   const Task& task = self("current_cpu");
@@ -228,9 +218,6 @@ PowerState FakeOs::power_state(const CpuSet& cpus) {
   return state;
 }
 
-std::map<int, Nanos> FakeOs::stolen_time() {
-  const Lock lock(mutex_);
-  return stolen_time_;
-}
+std::map<int, Nanos> FakeOs::stolen_time() { return {}; }
 
 }  // namespace ctn::os
