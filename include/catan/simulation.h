@@ -1,4 +1,4 @@
-// An application in virtual time: the same functions as in a session, the same policies, planner and dispatchers, on a
+// An application in virtual time: the same functions as in a session, the same policies, planner and controllers, on a
 // machine that is a model. What a run costs is what its function charges for the work that it did, or else is drawn
 // from a cost file, whatever the function takes to compute. So a whole closed loop (robot, world, collisions) can be
 // tried on any number of cores, slower or faster than real time, with the same result each time.

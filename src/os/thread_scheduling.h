@@ -57,7 +57,7 @@ class ThreadScheduling {
   // Sets, reads back, and fails (kEnvironment) unless the thread then has the level or CPUs that were asked for. What
   // the thread creates later does not inherit a real-time level.
   virtual Status set_level(ThreadId thread, Level level) = 0;
-  // The same for a dispatcher, which has no time to look and none to report to: one system call, no answer. For a
+  // The same for a controller, which has no time to look and none to report to: one system call, no answer. For a
   // thread whose level was set with set_level() before; what was refused then is refused now.
   virtual void shift_level(ThreadId thread, Level level) = 0;
   virtual Result<Level> level(ThreadId thread) = 0;

@@ -13,7 +13,7 @@ namespace {
 constexpr int kSteps = 64;
 // A trigger that comes a hair before the end of a period (rounding) is the next period's.
 constexpr double kRounding = 1e-9;
-// Nothing is triggered more often than dispatchers allow.
+// Nothing is triggered more often than controllers allow.
 constexpr Millis kMinSpacing{0.1};
 constexpr int kRounds = 1000;
 

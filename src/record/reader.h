@@ -30,7 +30,7 @@ struct Ending {
   bool closed = false;  // the writer closed the record; false: it is being written, or its process was killed
   TimePoint ended{};    // where not closed: of the last event that was written
   Nanos stolen{0};      // CPU time that a hypervisor took from the machine meanwhile, all CPUs; 0 where not closed
-  Nanos starved{0};     // time for which the kernel kept cores from dispatchers, at least; 0 where not closed
+  Nanos starved{0};     // time for which the kernel kept cores from controllers, at least; 0 where not closed
 };
 
 class Reader {

@@ -14,7 +14,7 @@ namespace ctn::record {
 struct Totals {
   std::uint64_t plans_made = 0;  // in force or not, without the first
   Nanos planning_cpu{0};         // that making them took
-  std::uint64_t starved = 0;     // how often a core was kept from its dispatcher
+  std::uint64_t starved = 0;     // how often a core was kept from its controller
   Nanos starved_for{0};          // all cores
   friend bool operator==(const Totals&, const Totals&) = default;
 };

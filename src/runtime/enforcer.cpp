@@ -59,7 +59,7 @@ void Enforcer::set_level_now(os::ThreadId thread, os::Level level) {
 }
 
 void Enforcer::move_now(os::ThreadId thread, const os::CpuSet& cpus) {
-  // Best effort: the thread may be gone, and a dispatcher has nowhere to report it.
+  // Best effort: the thread may be gone, and a controller has nowhere to report it.
   static_cast<void>(os_.set_affinity(thread, cpus));
 }
 

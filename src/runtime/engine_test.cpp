@@ -171,14 +171,14 @@ TEST_F(TrackerTest, GivesLevelsWhileItRunsAndTakesThemBack) {
   ASSERT_TRUE(engine->start().ok());
   fake.sleep_until(at(seconds{1}));
   int active = 0;
-  int dispatchers = 0;
+  int controllers = 0;
   const std::vector<os::ThreadId> threads = *fake.threads(fake.current_process());
   for (const os::ThreadId thread : threads) {
     active += *fake.level(thread) == os::Level::kActive ? 1 : 0;
-    dispatchers += *fake.level(thread) == os::Level::kDispatcher ? 1 : 0;
+    controllers += *fake.level(thread) == os::Level::kDispatcher ? 1 : 0;
   }
   EXPECT_EQ(active, 4);
-  EXPECT_EQ(dispatchers, 1);
+  EXPECT_EQ(controllers, 1);
   ASSERT_TRUE(engine->stop().ok());
   std::map<os::ThreadId, os::Level> last;
   for (const os::FakeOs::Change& change : fake.changes()) {

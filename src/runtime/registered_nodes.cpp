@@ -85,7 +85,7 @@ Status RegisteredNodes::join(NodeId node, os::ProcessId process, os::ThreadId th
     }
     presence_[node.index()] = Presence::kJoining;
   }
-  // Before any dispatcher knows these threads: what is set here is read back, and nothing may change it in between.
+  // Before any controller knows these threads: what is set here is read back, and nothing may change it in between.
   const os::Level placed_at = level_of(node);
   std::vector<os::ThreadId> placed;
   for (std::vector<os::ThreadId> next{thread}; !next.empty(); next = join_with(node, placed)) {
@@ -122,7 +122,7 @@ Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::Threa
   const Error no_room =
       Error::caller(fmt::format("node {} has {} threads already", app_.graph.node(node).name, NodeCell::kMaxThreads),
                     "use fewer threads");
-  // Before any dispatcher knows it; where the node has not joined, it is placed when the node joins.
+  // Before any controller knows it; where the node has not joined, it is placed when the node joins.
   std::optional<os::Level> placed_at;
   Added added = add_if_placed(node, thread, false);
   if (added == Added::kNotPlaced) {

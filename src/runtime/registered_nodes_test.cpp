@@ -337,9 +337,9 @@ class ToldOs final : public os::FaultyOs {
   std::function<void(os::ThreadId)> about_to_restore;
 };
 
-// A dispatcher that knows of a thread moves it, also between its being set and its being read back, and then the join
+// A controller that knows of a thread moves it, also between its being set and its being read back, and then the join
 // was refused: "cannot bind to CPUs 0-1: it may use CPUs 0".
-TEST(RegisteredNodes, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
+TEST(RegisteredNodes, AThreadIsPlacedBeforeControllersKnowOfIt) {
   Started<ToldOs> started(2);
   os::FakeOs& fake = started.fake;
   Scheduler& scheduler = *started.scheduler;
@@ -411,7 +411,7 @@ TEST(RegisteredNodes, TheRegionListsAThreadBeforeItIsPlacedAndUntilItIsRestored)
 }
 
 // Guards: a thread that was named after the node's others had been listed, and before the node had joined, was not
-// placed with them. So what it had before was not saved, though dispatchers then set its level.
+// placed with them. So what it had before was not saved, though controllers then set its level.
 TEST(RegisteredNodes, AThreadThatIsNamedWhileItsNodeJoinsIsPlaced) {
   Started<ToldOs> started(1);
   os::FakeOs& fake = started.fake;
@@ -443,7 +443,7 @@ TEST(RegisteredNodes, AThreadThatIsNamedWhileItsNodeJoinsIsPlaced) {
   for (const auto& thread : threads) thread->join();
 }
 
-// A dispatcher that is slow between seeing a thread and setting its level.
+// A controller that is slow between seeing a thread and setting its level.
 class SlowOs final : public os::FaultyOs {
  public:
   explicit SlowOs(os::FakeOs& fake) : FaultyOs(fake), fake_(fake) {}
@@ -461,7 +461,7 @@ class SlowOs final : public os::FaultyOs {
   os::FakeOs& fake_;
 };
 
-// A dispatcher has seen the one thread of node left, and is about to raise it.
+// A controller has seen the one thread of node left, and is about to raise it.
 struct AboutToRaise : Started<SlowOs> {
   AboutToRaise() : Started(1), left(fake, *scheduler, memory.region(), "left", milliseconds{5}) {
     fake.sleep_until(fake.now() + milliseconds{300});
@@ -475,7 +475,7 @@ struct AboutToRaise : Started<SlowOs> {
 };
 
 // The level was set after the thread had been given back, and stayed.
-TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
+TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByAControllerThatSawItBefore) {
   for (const bool all : {false, true}) {
     SCOPED_TRACE(all ? "release" : "leave");
     AboutToRaise started;
@@ -494,8 +494,8 @@ TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
   }
 }
 
-// Guards: a thread that joined again while leave() still waited for a dispatcher was restored and forgotten although it
-// had joined; a level that dispatchers gave it afterwards stayed.
+// Guards: a thread that joined again while leave() still waited for a controller was restored and forgotten although it
+// had joined; a level that controllers gave it afterwards stayed.
 TEST(RegisteredNodes, ANodeThatJoinsWhileItLeavesIsRestoredAtTheEnd) {
   AboutToRaise started;
   os::FakeOs& fake = started.fake;

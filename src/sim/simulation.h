@@ -1,4 +1,4 @@
-// An app in virtual time: the policies, dispatchers and planner that the runtime uses, on a machine that is a model.
+// An app in virtual time: the policies, controllers and planner that the runtime uses, on a machine that is a model.
 // Deterministic to the bit: the same app, costs and options give the same outcome on every machine.
 //
 //   auto sim = Simulation::create(app, std::make_unique<DrawnCosts>(app, work, seed), {.policy = policy});

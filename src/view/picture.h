@@ -172,7 +172,7 @@ struct Picture {
   // Of the whole run.
   std::uint64_t plans_made = 0;
   double planning_ms = 0.0;
-  std::uint64_t starved = 0;  // how often a core was kept from its dispatcher
+  std::uint64_t starved = 0;  // how often a core was kept from its controller
   double starved_ms = 0.0;
 };
 

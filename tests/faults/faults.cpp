@@ -550,7 +550,7 @@ const std::vector<Fault>& all_faults() {
       {.name = "client lies",
        .recoveries = {"the server drops it", "every node has run again"},
        .inject = lie,
-       .others_min = 0.2,  // it wakes the dispatcher without end
+       .others_min = 0.2,  // it wakes the controller without end
        .absent = {kVoice}},
       {.name = "client writes garbage",
        .recoveries = {"every node has run again", "the next server: all nodes scheduled"},

@@ -160,7 +160,7 @@ TEST_F(SharedCpus, AWokenEqualWaitsBehindWhoBurns) {
   EXPECT_EQ(woken, at(10ms));
 }
 
-TEST_F(SharedCpus, ADispatcherActsWhileItsCpuIsBusy) {
+TEST_F(SharedCpus, AControllerActsWhileItsCpuIsBusy) {
   burner("active", Level::kUnscheduled, {0}, 1ms, 9ms);
   ASSERT_TRUE(os.set_affinity(ThreadId{1}, {0}).ok());
   os.sleep_until(at(3ms));

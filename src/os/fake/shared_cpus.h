@@ -13,7 +13,7 @@
 
 namespace ctn::os {
 
-// The test's own thread is a dispatcher: it acts at once, whatever burns.
+// The test's own thread is at the dispatcher level, as a controller: it acts at once, whatever burns.
 class SharedCpus : public testing::Test {
  protected:
   SharedCpus() {

@@ -23,7 +23,7 @@ CpuMask to_mask(const CpuSet& cpus) {
 
 CpuSet to_cpu_set(const CpuMask& mask) {
   std::vector<int> numbers;
-  // Dispatchers, which move threads, have no time to look at every bit.
+  // Controllers, which move threads, have no time to look at every bit.
   for (std::size_t word = 0; word < mask.size(); ++word) {
     for (std::uint64_t bits = mask.at(word); bits != 0; bits &= bits - 1) {
       numbers.push_back(static_cast<int>(word) * 64 + std::countr_zero(bits));
