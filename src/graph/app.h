@@ -245,8 +245,8 @@ struct App {
   bool has_bounds() const;
   // Other subchains with a node that is in an exclusive group with one of its own; in the order of their numbers.
   std::vector<SubchainId> excluded_by(SubchainId subchain) const;
-  // By subchain: those, and those with a node in a group with one of theirs, and so on; itself left out. As their runs
-  // do not overlap, they gain little by several cores, and are to stay on one.
+  // By subchain: those, and those with a node in an exclusive group with one of theirs, and so on; itself left out. As
+  // their runs do not overlap, they gain little by several cores, and are to stay on one.
   std::vector<std::vector<SubchainId>> joined_by_exclusion() const;
 };
 

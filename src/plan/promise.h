@@ -18,9 +18,9 @@
 // (plan/limits.h), beyond which it would be triggered without outputs. So subchains that take turns have a promise,
 // however full their core is.
 //
-// One that is above its leader on its core, where that one has a pause after each run, is over before its leader has run
-// again. So of the leader's runs from one of its triggers to the next, one is longer by it, and the others take what they
-// take without it.
+// One that is above its leader on its core, where that one has a pause after each run, is over before its leader has
+// run again. So of the leader's runs from one of its triggers to the next, one is longer by it, and the others take
+// what they take without it.
 //
 // A run of i may wait (model/cost.h) for w_i in all, and others have the core meanwhile. Then w_i is added to its R_i.
 // For those below it there are two bounds, and the lesser holds: C_i + w_i in place of C_i, as if it kept the core; or
@@ -31,15 +31,19 @@
 // Huang, Chen, Zhou and Liu, "PASS: priority assignment of real-time tasks with dynamic suspending behavior under
 // fixed-priority scheduling" (DAC 2015).
 //
-// Of each exclusive group that a run of i wants, or one above it on its core, a run below it may have begun before:
-// that goes on, since it is raised, and its longest is added to R_i (Sha, Rajkumar and Lehoczky, "Priority inheritance
-// protocols: an approach to real-time synchronization", IEEE Transactions on Computers 39, 1990). Once; where i may
-// leave its core before it has ended, once more for each of its nodes. Of the groups of its own nodes, so is one run of
-// each unscheduled node; and of each subchain on another core, as many runs as may come, and one more, from trigger to
-// end. Where one above it may wait while it has a group of i's, its wait counts as if it were work. One that may
-// be kept away from its core by such as wait, or are on another core, comes closer to its next run, as one that waits
-// itself. Since something below i runs, there are no silent leaders. Frames and pipelines are taken to know of no
-// group.
+// Exclusive groups (Sha, Rajkumar and Lehoczky, "Priority inheritance protocols: an approach to real-time
+// synchronization", IEEE Transactions on Computers 39, 1990). A run of a node below i on its core may hold an exclusive
+// group that i wants, or a subchain above i there, or an unscheduled node. It is raised and goes on, so the longest
+// such run is added to R_i: once for each exclusive group, and once more for each node of i if i may leave its core
+// before it has ended. For each exclusive group that one of i's own nodes is in, R_i also has
+//   - one run of each unscheduled node of that group,
+//   - runs of each subchain on another core that has a node in it, each from trigger to end: as many as may come while
+//     the run of i is pending, and one more.
+// If a subchain above i may wait while it holds an exclusive group of i's, its wait counts as work. A run may be kept
+// away from its core by a node that has its exclusive group and is unscheduled, waits, or is on another core. Such a
+// run may come closer to its subchain's next one, just as a run that waits (see above). Where a run below i may delay
+// i, something below i runs while i is pending; then what is said above of outputs of one that is not above i does not
+// hold for i. Frames and pipelines are taken to know of no exclusive group.
 //
 // p_i is the longer of R_i and of what lies between two triggers, on average over many. Of outputs that trigger it one
 // may be late and the next one early: what waits for its next run may wait for longer than p_i (predict.cpp). Where not

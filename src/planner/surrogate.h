@@ -157,7 +157,7 @@ class Surrogate {
   struct Exclusion {  // an exclusive group
     struct Part {
       std::size_t subchain = 0;
-      std::vector<double> hold;  // by kind: how long a run of its node keeps the group, as planned
+      std::vector<double> hold;  // by kind: for how long a run of its node keeps it, as planned
     };
     std::vector<Part> parts;
     std::vector<double> unscheduled;  // by kind: a run of each of them, as planned
@@ -239,9 +239,10 @@ class Surrogate {
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
   std::vector<std::optional<Fed>> fed_;        // by subchain; empty where no run awaits input
   std::vector<Exclusion> exclusions_;
-  std::vector<bool> kept_away_;  // by subchain: from its core, by what has its group and waits; empty without groups
-  int rounds_;                   // until periods are good enough for a guess
-  std::vector<double> waits_;    // by subchain
+  // By subchain: from its core, by what has its exclusive group and waits. Empty if the app has no exclusive groups.
+  std::vector<bool> kept_away_;
+  int rounds_;                           // until periods are good enough for a guess
+  std::vector<double> waits_;            // by subchain
   std::vector<double> planned_waits_;    // by subchain
   std::vector<double> parts_;            // by subchain
   std::vector<double> output_period_;    // by subchain: the longest of its nodes'

@@ -16,7 +16,7 @@
 // A run of a node that needs input, triggered without, begins when a predecessor has given some or a clock of one has
 // ticked: its thread sleeps until then, and holds no exclusive group.
 //
-// A run of a node in an exclusive group begins when no other of the group is under way: its thread sleeps until then,
+// A run of a node in an exclusive group begins when no other of that group is under way: its thread sleeps until then,
 // and raises the one that it waits for to its own level. A thread with a reservation is not raised.
 //
 // Units: in the types. Thread safety: none; one owner.
@@ -100,7 +100,7 @@ class Nodes {
     nodes_[consumer.index()].inputs[input].has_channel = true;
     nodes_[consumer.index()].edges[input].channel = &channel;
   }
-  // By NodeId: these threads are in reservations, in place of levels, from then on that they are given levels.
+  // By NodeId: where a node has a reservation, its threads get that whenever they would be given a level.
   void reserve(std::vector<Reservation> reservations) { reservations_ = std::move(reservations); }
   // The channel of the edge; null where there is no such edge between nodes of ours.
   template <class C>
@@ -229,7 +229,7 @@ class Nodes {
   policy::BatchSizes batches_;
   bool follows_ages_;  // they are asked for
   std::vector<Node> nodes_;
-  std::vector<Exclusion> exclusions_;  // as the app's groups
+  std::vector<Exclusion> exclusions_;  // as the app's exclusive groups
   std::vector<Signal> signals_;
   std::vector<Outputs> outputs_of_subchains_;
   std::vector<Outputs> outputs_of_nodes_;

@@ -13,9 +13,9 @@
 // A run of a node that needs input and is triggered without waits, away from its core, until a predecessor emits or a
 // clock of one ticks. It holds no exclusive group meanwhile.
 //
-// A run of a node in an exclusive group holds that; another of the group waits away from its core, and raises the
+// A run of a node in an exclusive group holds that group; another of it waits away from its core, and raises the
 // holder to its own rank. When the run ends, the highest of those that wait gets its core back and asks again.
-// Pipelines do not know of groups.
+// Pipelines do not know of exclusive groups.
 //
 // Runs and unscheduled nodes are in machine.cpp, runs that await input in machine_inputs.cpp, exclusive groups in
 // machine_exclusions.cpp, triggers of subchains that do not take turns in machine_triggers.cpp, cores of frames in
@@ -249,7 +249,7 @@ class Machine {
   std::vector<std::optional<Idler>> idlers_;  // by NodeId
   std::vector<std::optional<Input>> inputs_;  // by NodeId
   std::vector<std::size_t> queues_;           // outputs that wait in each
-  std::vector<Exclusion> exclusions_;         // as the app's groups
+  std::vector<Exclusion> exclusions_;         // as the app's exclusive groups
   std::vector<Subchain> subchains_;
   std::vector<Unscheduled> unscheduled_;
   std::vector<std::optional<std::size_t>> unscheduled_of_node_;
