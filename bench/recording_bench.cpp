@@ -229,7 +229,7 @@ int run_nodes(os::Os& os, const std::string& socket, int rate) {
   return 0;
 }
 
-std::optional<os::ThreadId> housekeeper(os::Os& os) {
+std::optional<os::ThreadId> housekeeping_thread(os::Os& os) {
   const auto threads = os.threads(os.current_process());
   if (!threads) return std::nullopt;
   for (const os::ThreadId thread : *threads) {
@@ -265,7 +265,7 @@ Served serve(os::Os& os, const std::string& socket, const Kept& kept, int rate, 
   const auto thread = os.spawn("catan-server", [&] { server->run(); });
   os.sleep_until(os.now() + seconds{1});  // by then all nodes have registered
   Served served;
-  if (const auto house = housekeeper(os)) {
+  if (const auto house = housekeeping_thread(os)) {
     const auto cpus = os.affinity(*house);
     served.cpus = cpus ? os::to_string(*cpus) : "unknown";
     const auto before = os.thread_cpu_time(*house);

@@ -12,7 +12,9 @@
 // it follows has given an output. External nodes have none.
 //
 // Policies:
-//   "catan"          plans rates, cores, shares of cores and levels from measured compute times, again and again
+//   "catan"          what is used if nothing is said: the planner that the app file names, "auto" if it names none
+//   "auto"           plans rates, cores, shares of cores and levels from measured compute times, again and again
+//   "paper"          the planner of the paper, with fixed frames, to compare with
 //   "static:FILE"    follows a plan that `catan plan --json` (or planning.h) made, and never revises it
 //   "rates-of:FILE"  has the rates of such a plan set by hand: whole subchains, under ordinary scheduling on all CPUs,
 //                    whatever the plan says of cores and priorities

@@ -105,13 +105,13 @@ std::optional<Planned> PlanningLoop::plan(TimePoint now, PlanningHost& host) {
   const std::optional<PlanReason> why = due(now, host);
   if (!why) return std::nullopt;
   Planned planned;
-  const Nanos reckoned = memory_ ? memory_->work() : Nanos{0};
+  const Nanos work_before = memory_ ? memory_->work() : Nanos{0};
   const PlanningTime took = options_.timer([&] { planned = make_new_plan(*why, host); });
   if (planned.next && planned.next->plan) planned.next->plan->solve_time = took.elapsed;
-  const Nanos work = memory_ ? memory_->work() - reckoned : Nanos{0};
+  const Nanos work = memory_ ? memory_->work() - work_before : Nanos{0};
   planning_cpu_ += took.cpu;
-  // Where the machine is faster than the one that work is counted for, the budget counts the work: what is found then
-  // does not hang on how fast that is.
+  // Where the machine is faster than the one that work is counted for, the budget counts the work, so that what is
+  // found does not depend on the machine's speed.
   clock_.made(now, *why, std::max(took.cpu, work), measured_.known());
   return planned;
 }

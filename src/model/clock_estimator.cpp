@@ -13,7 +13,7 @@ namespace {
 constexpr double kStray = 0.25;
 // Beyond so many periods without a tick, it cannot be told how many there were.
 constexpr std::int64_t kLongestGap = 1000;
-// So many times the median distance from the line is far from it; at the least, in ns.
+// So many times the median distance from the line is far from it, but no less than this, in ns.
 constexpr double kFar = 4.0;
 constexpr double kMinFar = 1000.0;
 // The line is drawn anew at each of so many ticks, then at every so-many-th.
@@ -59,13 +59,13 @@ std::vector<double> distances(const std::vector<Point>& points, const Slope& lin
 double best_to_read(std::vector<double> late, double period) {
   std::sort(late.begin(), late.end());
   double best = late.back();
-  double least = late.back();
+  double min_cost = late.back();
   for (std::size_t i = 0; i < late.size(); ++i) {
     const double missed = static_cast<double>(late.size() - 1 - i) / static_cast<double>(late.size());
     const double cost = late[i] + missed * period;
-    if (cost >= least) continue;
+    if (cost >= min_cost) continue;
     best = late[i];
-    least = cost;
+    min_cost = cost;
   }
   return best;
 }

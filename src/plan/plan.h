@@ -171,7 +171,7 @@ struct Expectation {
 };
 
 struct Plan {
-  std::string planner;  // which one made it: "auto", "paper"
+  std::string planner;  // who made it: "auto", "paper", or a method of baselines/, as "davare"
   Quality quality = Quality::kOptimal;
   double gap = 0.0;  // proven distance from the optimum, as a fraction of the objective
   Millis solve_time{0};

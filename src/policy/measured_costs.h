@@ -3,8 +3,8 @@
 // `output_period`.
 //
 // Idle runs, which found nothing new and gave no output, are told apart from the others: how many there are is the
-// schedule's doing. What they cost counts only as long as the node has had no others, lest it be one that never ran. A
-// queue node's runs need no such distinction: what is idle of them is a batch of no items.
+// schedule's doing. What they cost counts only as long as the node has had no others: else that node would be taken for
+// one that never ran. A queue node's runs need no such distinction: what is idle of them is a batch of no items.
 //
 // Units: Nanos in, milliseconds out. Thread safety: none; one owner.
 #pragma once

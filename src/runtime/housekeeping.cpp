@@ -126,7 +126,8 @@ void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason
   log_.in_force(os_.now(), decision, reason);
 }
 
-// Threads that belong to no subchain: the system has moved the ones whose CPU went, and does not move them back.
+// Threads that belong to no subchain are placed here. The system moves a thread whose CPUs have all gone, but does not
+// move it back when they return.
 void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
   registered_.place_on(cpus);
   measurements_.cpus_in_use(cpus);

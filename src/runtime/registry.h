@@ -4,8 +4,9 @@
 // What it sees to:
 //   - only a program that may control the server changes anything but its own nodes, or is told of others,
 //   - else only a program that has said hello is listened to; it may only name threads that are its own, and only nodes
-//   that
-//     it runs; a number of programs, and of nodes a program, that is bounded by the app's,
+//     that it runs,
+//   - a node is run by one program at a time, so that programs run no more nodes than the app has (of programs, the
+//     server turns away those that are too many),
 //   - a message that another process wrote on a program's connection (a child that it forked, say) is refused,
 //   - when a program has ended, all its nodes leave,
 //   - all threads of a program that runs one node are the node's, also those that it makes later, except the one that
@@ -55,8 +56,6 @@ class Registry {
 
   // Finds threads that programs have made or ended since it was last called: ten times a second is often enough.
   void find_threads();
-
-  std::size_t programs() const { return programs_.size(); }
 
  private:
   struct Program {

@@ -115,8 +115,8 @@ class Server {
   std::uint64_t refused_ = 0;
   std::atomic<bool> stopping_{false};
   bool started_ = false;
-  bool has_heartbeat_ =
-      false;  // only for policies that follow a plan: the heartbeat's thread has the level of their dispatchers
+  // Only for policies that follow a plan: the heartbeat's thread has the level of their controllers.
+  bool has_heartbeat_ = false;
   std::atomic<std::uint32_t> heartbeat_stops_{0};
   std::unique_ptr<os::Thread> heartbeat_;
 };

@@ -54,8 +54,8 @@ struct Outcome {
   std::string app;
   std::string scheduler;
   double measured_s = 0.0;
-  double source_hz =
-      0.0;  // rate of the first subchain's head, as planned (averaged over the plans in force) or hand-set
+  // Rate of the first subchain's head, as planned (averaged over the plans in force) or set by hand.
+  double source_hz = 0.0;
   std::vector<ChainOutcome> chains;  // in the order of the objective
   std::vector<NodeOutcome> nodes;    // in the order of the app
   std::vector<AgeSnapshot> ages;     // edges with an age limit, in the order of the app

@@ -12,7 +12,7 @@ namespace ctn::navigation {
 namespace {
 
 constexpr int kNetStride = 32;  // what networks of this kind scale their input down by
-constexpr int kMaxSide = 2048;  // pixels: a mistyped size shall not eat the machine's memory
+constexpr int kMaxSide = 2048;  // pixels: a mistyped size must not use up the machine's memory
 constexpr int kMaxClasses = 10000;
 
 std::string without_blanks(std::string_view line) {
