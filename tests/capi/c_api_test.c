@@ -5,6 +5,7 @@
 #include <catan/catan.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 void nap(int milliseconds) {
   struct timespec time;
@@ -71,6 +72,32 @@ static void test_mistakes_are_told_by_start(const char* app) {
   CHECK(strstr(catan_error_message(error), "sense") != NULL); /* has no function */
   catan_error_free(error);
   catan_session_free(session);
+}
+
+/* A record, which is a file of SQLite, and a new one: what is there already is not overwritten. */
+static void test_save_flight(const catan_session* session) {
+  char folder[] = "/tmp/c_api_test.XXXXXX";
+  char path[sizeof folder + 16];
+  char start[16] = "";
+  catan_error* error = NULL;
+  FILE* file;
+  CHECK(mkdtemp(folder) != NULL);
+  snprintf(path, sizeof path, "%s/saved.catan", folder);
+  CHECK(catan_session_save_flight(NULL, path, "a test", NULL) == CATAN_CALLER);
+  CHECK(catan_session_save_flight(session, NULL, "a test", NULL) == CATAN_CALLER);
+  CHECK(catan_session_save_flight(session, "/nowhere/saved.catan", NULL, &error) != CATAN_OK);
+  CHECK(strstr(catan_error_message(error), "/nowhere/saved.catan") != NULL);
+  catan_error_free(error);
+  error = NULL;
+  CHECK(catan_session_save_flight(session, path, "a test", &error) == CATAN_OK);
+  CHECK(error == NULL);
+  CHECK(catan_session_save_flight(session, path, NULL, NULL) == CATAN_CALLER);
+  file = fopen(path, "rb");
+  CHECK(file != NULL && fread(start, 1, sizeof start, file) == sizeof start);
+  CHECK(memcmp(start, "SQLite format 3", sizeof start) == 0);
+  fclose(file);
+  CHECK(remove(path) == 0);
+  CHECK(remove(folder) == 0);
 }
 
 struct counts {
@@ -143,6 +170,7 @@ static void test_session(const char* app) {
   CHECK(strstr(snapshot, "\"relax_factor\":1.0,\"relaxed\":[]") != NULL);
   CHECK(strstr(snapshot, "\"assumed\":[") != NULL);
   catan_free(snapshot);
+  test_save_flight(session);
   CHECK(catan_session_stop(session, &error) == CATAN_OK);
   CHECK(counts.sensed >= 10 && counts.sensed <= 90);
   CHECK(abs(2 * counts.acted - counts.sensed) <= 2);
