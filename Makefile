@@ -19,6 +19,7 @@ endif
 cmake_build = cmake --build build/$(1) --parallel $(JOBS) $(verbose_build)
 # The test programs that cover the code which runs in several threads; others run the same code again.
 THREADED := os_test doctor_test runtime_test api_test session_test face_tracking_test sim_test
+link_command = mkdir -p bin && ln -sfn ../$(BUILD)/tools/catan/catan bin/catan
 say = @printf '\n== %s\n' '$(1)'
 sources = git ls-files '*.cpp' '*.h'
 
@@ -33,7 +34,7 @@ help: ## this list
 	  sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1: \2/p' $(MAKEFILE_LIST)
 	sed -n 's/^#   \(.*\)/    \1/p' $(MAKEFILE_LIST)
 
-demo: build-demo ## build and run the demonstration; results in out/demo, page out/demo/report.html
+demo: build-demo ## build and run the demonstration; page out/demo/report.html, and the command is bin/catan
 	$(call say,Demo)
 	mkdir -p out/demo
 	$(BUILD)/tools/demo/catan_demo $(DEMO_ARGS)
@@ -53,8 +54,7 @@ test-steady: build ## only the tests that do not depend on the clock
 build: configure ## build everything; the command is then bin/catan
 	$(call say,Build ($(PRESET)))
 	$(call cmake_build,$(PRESET))
-	mkdir -p bin
-	ln -sfn ../$(BUILD)/tools/catan/catan bin/catan
+	$(link_command)
 
 bench: build ## run the benchmarks
 	$(call say,Benchmarks)
@@ -116,6 +116,7 @@ $(BUILD)/build.ninja: CMakePresets.json
 build-demo: configure
 	$(call say,Build ($(PRESET)))
 	$(call cmake_build,$(PRESET)) --target catan_demo face_tracking catan
+	$(link_command)
 
 build-case-studies: configure
 	$(call say,Build ($(PRESET)))

@@ -195,7 +195,7 @@ int run(Options& options) {
   const std::filesystem::path out = options.out;
   fmt::print("\nPage: {}\n", (out / "report.html").string());
   if (std::filesystem::exists(out / kLookPage, error)) {
-    fmt::print("Runs: {}, the same as catan report {} --html --compare {}\n", (out / kLookPage).string(),
+    fmt::print("Runs: {}, the same as bin/catan report {} --html --compare {}\n", (out / kLookPage).string(),
                (out / "catan.catan").string(), (out / "default.catan").string());
   }
   if (g_signal != 0) return 128 + g_signal;
