@@ -171,12 +171,26 @@ TEST(CiePlan, TheTemplatesGroupsKeepTheirIds) {
       << "what it writes it can read again";
 }
 
+// The robot's, but that map is triggered by time, or by what else may be.
+std::string with_map_by(const std::string& trigger) {
+  const std::string before = "map: { ros:";
+  std::string app = kRobot;
+  return app.replace(app.find(before), before.size(), "map: { trigger: " + trigger + ", ros:");
+}
+
 TEST(CiePlan, RatesAreSaidSinceTheExecutorHasNone) {
-  const Outcome outcome = threads_of("--cores 1");
+  const Outcome outcome = threads_of("--cores 1", with_map_by("time"));
   EXPECT_THAT(outcome.out, HasSubstr("# map: subchain map, "));
   EXPECT_THAT(outcome.out, HasSubstr("budget "));
   EXPECT_THAT(outcome.err, HasSubstr("map is planned every "));
   EXPECT_THAT(outcome.err, HasSubstr("the program's timer has 100.000ms"));
+}
+
+// Whatever triggers it as planned, its program's timer does there.
+TEST(CiePlan, ATimerThatIsToFollowOutputsIsSaidToo) {
+  const Outcome outcome = threads_of("--cores 1", with_map_by("arrival"));
+  EXPECT_THAT(outcome.err, HasSubstr("map is planned for "));
+  EXPECT_THAT(outcome.err, HasSubstr("of camera; the program's timer has 100.000ms"));
 }
 
 // The plan would have kept map to a rate; that executor calls it ten times a second, for 0.5 s of CPU time.

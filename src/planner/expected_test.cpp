@@ -406,7 +406,7 @@ TEST(ExpectedPlan, BeginsWithWhatIsKnown) {
   const plan::Plan known = make_expected_plan(random.app, samples, random.costs, request).value();
   // With a few guesses, and with more than are kept.
   for (const double effort : {0.002, 0.03}) {
-    for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       ExpectedRequest from_known = request;
       from_known.effort = effort;
       from_known.seed = seed;

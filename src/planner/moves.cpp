@@ -270,6 +270,14 @@ std::size_t Moves::some_predecessor(std::size_t subchain, Random& random) const 
   return random.below(limits_.size());
 }
 
+void Moves::keep_to_useful(Schedule& schedule) const {
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    Place& place = schedule.subchains[i];
+    if (place.form != trial::Form::kPriority || place.after || place.clock) continue;
+    place.period = std::max(place.period, limits_[i].shortest);
+  }
+}
+
 bool Moves::may_come_less_often(const Place& place, std::size_t subchain) const {
   return place.form == trial::Form::kPriority && !limits_[subchain].exact && !place.clock && !place.after;
 }

@@ -75,6 +75,9 @@ class Moves {
   // weighs most, or by chance.
   void fall_in_line(trial::Schedule& schedule, bool by_chance, Random& random) const;
 
+  // No subchain that goes by its own time comes more often than by shortest_period(). Of a schedule from elsewhere.
+  void keep_to_useful(trial::Schedule& schedule) const;
+
   // Whether the subchain goes by its own time, in any period that it may be given.
   bool may_come_less_often(const trial::Place& place, std::size_t subchain) const;
   // So many times less often, if it comes each `period_now`: by a longer period or pause; by more ticks of a clock of

@@ -198,6 +198,7 @@ bool ScheduleSearch::renew_pipelines(Schedule& schedule) const {
 
 void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
   if (!keeps_asked_triggers(schedule)) return;
+  if (schedule.frames.empty()) moves_->keep_to_useful(schedule);
   // What it is worth is not known until it is tried; until then it counts for nothing. It is tried first, so that no
   // guess displaces it; one with frames, which guesses do not displace, after them.
   Candidate candidate{.schedule = std::move(schedule), .unbounded = 2.0 * kOverload, .given = true, .relax = relax};

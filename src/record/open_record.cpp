@@ -152,8 +152,8 @@ Status check_tables(sqlite::Database& database) {
       return Error::caller(fmt::format("{} has no table '{}'", database.path(), table), kNoRecordHint);
     }
     for (const std::string& column : columns) {
-      const bool later = std::any_of(kLaterColumns.begin(), kLaterColumns.end(),
-                                     [&](const auto& one) { return one.first == table && one.second == column; });
+      const bool later = std::find(kLaterColumns.begin(), kLaterColumns.end(),
+                                   std::pair<std::string_view, std::string_view>(table, column)) != kLaterColumns.end();
       if (later || match->second.contains(column)) continue;
       return Error::caller(fmt::format("{}: table '{}' has no column '{}'", database.path(), table, column),
                            kNoRecordHint);

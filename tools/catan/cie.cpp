@@ -142,19 +142,17 @@ std::optional<std::string> cie_rate_note(const plan::Plan& plan, const graph::Ap
   if (!id || app.graph.subchain(*id).nodes.front() != binding.node) return std::nullopt;
   const std::string& name = app.graph.node(binding.node).name;
   const plan::Member* const member = plan::member_of(plan, *id);
-  if (member != nullptr && member->after) {
-    if (member->after->every == 1) return std::nullopt;
-    return fmt::format("{} is planned for {}; the executor calls it for each message", name,
-                       trigger_text(*member, app));
-  }
+  const bool follows = member != nullptr && member->after;
   const Millis period = plan::usual_timing(plan, *id).period;
-  if (binding.callback.kind != RosCallback::Kind::kTimer) {
-    return fmt::format("{} is planned every {}; the executor calls it whenever there is a message", name,
-                       ms_text(period));
+  const std::string planned = follows ? "for " + trigger_text(*member, app) : "every " + ms_text(period);
+  if (binding.callback.kind == RosCallback::Kind::kTimer) {
+    const Millis timer = binding.callback.period;
+    if (!follows && std::abs(timer / period - 1.0) < kAlike) return std::nullopt;
+    return fmt::format("{} is planned {}; the program's timer has {}", name, planned, ms_text(timer));
   }
-  const Millis timer = binding.callback.period;
-  if (std::abs(timer / period - 1.0) < kAlike) return std::nullopt;
-  return fmt::format("{} is planned every {}; the program's timer has {}", name, ms_text(period), ms_text(timer));
+  if (follows && member->after->every == 1) return std::nullopt;
+  return fmt::format("{} is planned {}; the executor calls it {}", name, planned,
+                     follows ? "for each message" : "whenever there is a message");
 }
 
 // --- IDs of callback groups ---
