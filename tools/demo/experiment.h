@@ -41,7 +41,7 @@ struct Setting {
   double high_speed = 1.5;
   double slowdown = 1.0;
   std::uint64_t seed = 1;
-  double budget = 245.0;  // seconds for all trials together
+  double budget = 230.0;  // seconds for all trials together
   double overhead = 1.9;  // of a trial, in seconds: loading pictures, warming up, stopping
   bool quick = false;     // one short round, one rate, medium speed alone
 };
