@@ -264,7 +264,8 @@ InferredApp AppWriter::write(const std::string& name) const {
 
 InferredApp infer_app(const std::vector<ObservedCallback>& callbacks, const Connections& connections,
                       const std::string& name) {
-  const InferredGraph graph(callbacks, connections);
+  const std::vector<ObservedCallback> data = of_data(callbacks);
+  const InferredGraph graph(data, connections);
   return AppWriter(graph).write(name);
 }
 

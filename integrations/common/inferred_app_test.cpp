@@ -169,9 +169,10 @@ TEST(InferApp, WhatIsLeftOutIsTold) {
   ObservedCallback idle = topic("/slam", "/reset", {});
   idle.runs.clear();
   const ObservedCallback watchdog = timer("/slam", 1s, {.every = 1s, .cpu_time = 10us});
-  const InferredApp inferred =
-      infer_app({camera(), camera(), service, idle, watchdog, topic("/slam", "/tf", {}), topic("/slam", "/clock", {})},
-                {}, "robot");
+  ObservedCallback anew = camera();
+  for (ObservedRun& run : anew.runs) run.begin += 1s;
+  const InferredApp inferred = infer_app(
+      {camera(), anew, service, idle, watchdog, topic("/slam", "/tf", {}), topic("/slam", "/clock", {})}, {}, "robot");
   EXPECT_EQ(inferred.nodes, 1U);
   EXPECT_THAT(inferred.remarks,
               ElementsAre("/camera's timer of 20ms is there more than once; the first is the node",
@@ -180,6 +181,51 @@ TEST(InferApp, WhatIsLeftOutIsTold) {
                           "/slam's timer of 1000ms publishes nothing and takes next to no time: it is left as it is"));
   EXPECT_THAT(inferred.app, HasSubstr("# - /slam's subscription of /reset was not called\n"));
   EXPECT_THAT(inferred.app, HasSubstr("  - { period: camera, weight: 1 }\n"));
+}
+
+// A manager of nodelets: a camera, and two that take its images, of which one goes on to a tracker.
+std::vector<ObservedCallback> nodelets() {
+  const auto alive = [](const std::string& ros_node) {
+    return timer(ros_node, 1s, {.every = 1s, .cpu_time = 20us, .published = {"/manager/bond"}});
+  };
+  ObservedCallback lives = topic("/manager", "/manager/bond", {.every = 500ms, .cpu_time = 20us, .from = "/rectify"});
+  lives.type = "bond/Status";
+  return {lives,
+          alive("/manager"),
+          alive("/rectify"),
+          timer("/manager", 20ms, {.every = 20ms, .cpu_time = 1ms, .published = {"/images"}}),
+          topic("/manager", "/images", {.every = 20ms, .from = "/manager", .published = {"/rectified"}}),
+          topic("/manager", "/images", {.every = 40ms, .cpu_time = 30ms, .from = "/manager", .published = {"/large"}}),
+          topic("/manager", "/rectified", {.every = 20ms, .from = "/manager", .published = {"/tracks"}})};
+}
+
+TEST(InferApp, SignsOfLifeOfNodeletsAreNoData) {
+  const InferredApp inferred = infer_app(nodelets(), {}, "robot");
+  EXPECT_THAT(inferred.app, Not(HasSubstr("/manager/bond")));
+  EXPECT_THAT(inferred.remarks,
+              Contains("/rectify's timer of 1000ms publishes nothing and takes next to no time: it is left as it is"));
+  EXPECT_THAT(inferred.remarks, Not(Contains(HasSubstr("cycle"))));
+}
+
+TEST(InferApp, CallbacksThatCannotBeToldApartAreLeftAsTheyAre) {
+  const InferredApp inferred = infer_app(nodelets(), {}, "robot");
+  EXPECT_EQ(inferred.nodes, 2U);
+  EXPECT_THAT(
+      inferred.remarks,
+      Contains("/manager's subscription of /images is there 2 times, and which is which cannot be told: all are "
+               "left as they are; in programs of their own they can be nodes"));
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("timer: 20ms"), HasSubstr("  - rectified -> manager.rectified"),
+                                  Not(HasSubstr("topic: /images"))));
+}
+
+// The camera's timer publishes, but what comes of its images is nothing that it uses.
+TEST(InferApp, WhatIsKeptIsNotForThoseItComesFrom) {
+  std::vector<ObservedCallback> callbacks = nodelets();
+  callbacks.push_back(topic("/manager", "/rectified/info", {.every = 20ms, .cpu_time = 10us, .from = "/manager"}));
+  callbacks[4].runs = runs_of({.every = 20ms, .from = "/manager", .published = {"/rectified", "/rectified/info"}});
+  const InferredApp inferred = infer_app(callbacks, {}, "robot");
+  EXPECT_THAT(inferred.app, Not(HasSubstr("-> manager.timer_20ms")));
+  EXPECT_THAT(inferred.app, HasSubstr("rectified/info -> manager.rectified"));
 }
 
 TEST(InferApp, NamesAreUniqueAndPeriodsExact) {

@@ -31,12 +31,17 @@ bool same_callback(const ObservedCallback& a, const ObservedCallback& b) {
   return a.ros_node == b.ros_node && a.kind == b.kind && a.name == b.name && a.period == b.period;
 }
 
+// Whether runs of both are among one another. Runs are in the order in which they ended.
+bool overlap(const ObservedCallback& a, const ObservedCallback& b) {
+  if (a.runs.empty() || b.runs.empty()) return false;
+  return a.runs.front().begin <= b.runs.back().begin && b.runs.front().begin <= a.runs.back().begin;
+}
+
 double seconds_of(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 
 std::size_t publishing_runs(const ObservedCallback& callback) {
-  return static_cast<std::size_t>(std::count_if(callback.runs.begin(), callback.runs.end(), [](const ObservedRun& run) {
-    return std::any_of(run.published.begin(), run.published.end(), is_data);
-  }));
+  return static_cast<std::size_t>(std::count_if(callback.runs.begin(), callback.runs.end(),
+                                                [](const ObservedRun& run) { return !run.published.empty(); }));
 }
 
 bool is_light(const ObservedCallback& callback) {
@@ -66,14 +71,12 @@ void InferredGraph::find_sets() {
   for (const ObservedCallback& callback : callbacks_) {
     std::set<std::string> topics;
     for (const ObservedRun& run : callback.runs) topics.insert(run.published.begin(), run.published.end());
-    for (const std::string& topic : topics) {
-      if (is_data(topic)) publishing_[topic].push_back(&callback);
-    }
+    for (const std::string& topic : topics) publishing_[topic].push_back(&callback);
   }
   std::map<std::pair<std::string, std::string>, Callbacks> of_topic;
   for (const auto& [topic, callbacks] : publishing_) {
     for (const ObservedCallback* const callback : callbacks) {
-      if (callback->kind != Binding::Kind::kTopic || !is_data(callback->name)) continue;
+      if (callback->kind != Binding::Kind::kTopic) continue;
       of_topic[{callback->ros_node, topic}].push_back(callback);
     }
   }
@@ -148,13 +151,34 @@ bool InferredGraph::completes_sets(const ObservedCallback& callback) const {
                      [&](const auto& each) { return each.second == &callback; });
 }
 
+// Callbacks of one program, of nodelets as a rule, that a binding cannot tell apart, and whose runs are among one
+// another: were the first a node, the others would wait behind all nodes. One that takes the place of another, since
+// its program subscribed again, begins when the other's runs have ended.
+void InferredGraph::find_look_alikes() {
+  for (std::size_t first = 0; first < callbacks_.size(); ++first) {
+    const ObservedCallback& one = callbacks_[first];
+    if (one.kind == Binding::Kind::kService || one.runs.empty() || look_alikes_.count(&one) > 0) continue;
+    Callbacks alike;
+    for (std::size_t other = first + 1; other < callbacks_.size(); ++other) {
+      if (same_callback(one, callbacks_[other]) && overlap(one, callbacks_[other])) alike.push_back(&callbacks_[other]);
+    }
+    if (alike.empty()) continue;
+    look_alikes_.insert(&one);
+    look_alikes_.insert(alike.begin(), alike.end());
+    remarks_.push_back(described(one) + " is there " + std::to_string(alike.size() + 1) +
+                       " times, and which is which cannot be told: all are left as they are; in programs of their own "
+                       "they can be nodes");
+  }
+}
+
 // Callbacks that can be nodes, without those that only keep messages.
 void InferredGraph::find_nodes() {
+  find_look_alikes();
   std::vector<const ObservedCallback*> candidates;
   for (const ObservedCallback& callback : callbacks_) {
-    if (callback.kind == Binding::Kind::kTopic && !is_data(callback.name)) continue;
     const bool again = std::any_of(candidates.begin(), candidates.end(),
                                    [&](const ObservedCallback* one) { return same_callback(*one, callback); });
+    if (look_alikes_.count(&callback) > 0) continue;
     if (callback.kind == Binding::Kind::kService) {
       if (!callback.runs.empty()) remarks_.push_back(described(callback) + " is left as it is; bind it if it matters");
     } else if (again) {
@@ -189,7 +213,7 @@ void InferredGraph::find_nodes() {
 
 void InferredGraph::find_edges() {
   for (const ObservedCallback& callback : callbacks_) {
-    if (callback.kind != Binding::Kind::kTopic || callback.runs.empty() || !is_data(callback.name)) continue;
+    if (callback.kind != Binding::Kind::kTopic || callback.runs.empty() || look_alikes_.count(&callback) > 0) continue;
     const auto own = vertex_of_.find(&callback);
     if (own == vertex_of_.end()) {
       add_edges_to(callback, users_of(callback), true);
@@ -211,12 +235,20 @@ InferredGraph::Indices InferredGraph::users_of(const ObservedCallback& callback)
   return user == vertex_of_.end() ? publishing_siblings(callback) : Indices{user->second};
 }
 
-// Timers of its program, else its other callbacks that publish.
+// Timers of its program, else its other callbacks that publish. A program of nodelets sends to itself: what its
+// messages go back to does not use them.
 InferredGraph::Indices InferredGraph::publishing_siblings(const ObservedCallback& callback) const {
+  const Callbacks senders = senders_to(callback);
+  const bool sends_to_itself = std::any_of(senders.begin(), senders.end(), [&](const ObservedCallback* sender) {
+    return sender->ros_node == callback.ros_node;
+  });
+  const std::set<const ObservedCallback*> before =
+      sends_to_itself ? senders_before(callback) : std::set<const ObservedCallback*>{};
   Indices timers;
   Indices all;
   for (const auto& [other, vertex] : vertex_of_) {
     if (other == &callback || other->ros_node != callback.ros_node || !publishes(*other)) continue;
+    if (before.count(other) > 0) continue;
     all.push_back(vertex);
     if (other->kind == Binding::Kind::kTimer) timers.push_back(vertex);
   }
@@ -285,7 +317,7 @@ void InferredGraph::add_edges_out() {
         return callback.kind == Binding::Kind::kTopic && callback.name == topic;
       });
       const auto readers = connections_.subscribers.find(topic);
-      if (is_read || !is_data(topic) || readers == connections_.subscribers.end() || readers->second.empty()) continue;
+      if (is_read || readers == connections_.subscribers.end() || readers->second.empty()) continue;
       add_edge(from, external(topic, false), topic, false, count_published(*vertices_[from].callback, topic));
     }
   }

@@ -68,6 +68,7 @@ class InferredGraph {
   bool is_behind(const ObservedCallback& callback, const ObservedCallback& other) const;
   bool keeps_for_another(const ObservedCallback& callback) const;
   bool completes_sets(const ObservedCallback& callback) const;
+  void find_look_alikes();
   void find_nodes();
   void find_edges();
   Indices users_of(const ObservedCallback& callback) const;
@@ -90,6 +91,7 @@ class InferredGraph {
   // Callbacks that keep a message for a set, and the one that completes it.
   std::map<const ObservedCallback*, const ObservedCallback*> completed_by_;
   std::set<const ObservedCallback*> any_completes_;  // of sets that now one of these completes, now another
+  std::set<const ObservedCallback*> look_alikes_;    // several of one program that cannot be told apart
   std::vector<Edge> found_;                          // in any order
   std::vector<Edge> edges_;                          // those that form no cycle
   Indices order_;

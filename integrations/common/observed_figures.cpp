@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -17,6 +18,7 @@ constexpr std::size_t kRunsForAPeriod = 10;
 // A tenth of the intervals may be that part of the median away from it, where there is a clock.
 constexpr double kRegular = 0.25;
 constexpr std::array<std::string_view, 5> kNoData{"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static"};
+constexpr std::string_view kSignsOfLife = "bond/Status";  // the type of their messages; topics have any names
 
 // Precondition: there are some.
 nanoseconds percentile(std::vector<nanoseconds> values, double part) {
@@ -67,12 +69,29 @@ std::optional<nanoseconds> clock_of(const std::vector<nanoseconds>& times) {
   return regular && median >= kMinCost ? std::optional(median) : std::nullopt;
 }
 
-bool is_data(const std::string& topic) { return std::find(kNoData.begin(), kNoData.end(), topic) == kNoData.end(); }
+std::vector<ObservedCallback> of_data(std::vector<ObservedCallback> callbacks) {
+  std::set<std::string_view> no_data(kNoData.begin(), kNoData.end());
+  std::set<std::string> signs_of_life;
+  for (const ObservedCallback& callback : callbacks) {
+    const bool is_topic = callback.kind == Binding::Kind::kTopic;
+    if (is_topic && callback.type == kSignsOfLife) signs_of_life.insert(callback.name);
+  }
+  no_data.insert(signs_of_life.begin(), signs_of_life.end());
+  const auto is_none = [&](const std::string& topic) { return no_data.count(topic) > 0; };
+  std::vector<ObservedCallback> kept;
+  for (ObservedCallback& callback : callbacks) {
+    if (callback.kind == Binding::Kind::kTopic && is_none(callback.name)) continue;
+    for (ObservedRun& run : callback.runs) {
+      run.published.erase(std::remove_if(run.published.begin(), run.published.end(), is_none), run.published.end());
+    }
+    kept.push_back(std::move(callback));
+  }
+  return kept;
+}
 
 bool publishes(const ObservedCallback& callback) {
-  return std::any_of(callback.runs.begin(), callback.runs.end(), [](const ObservedRun& run) {
-    return std::any_of(run.published.begin(), run.published.end(), is_data);
-  });
+  return std::any_of(callback.runs.begin(), callback.runs.end(),
+                     [](const ObservedRun& run) { return !run.published.empty(); });
 }
 
 std::size_t count_published(const ObservedCallback& callback, const std::string& topic) {

@@ -23,9 +23,10 @@ std::optional<std::chrono::nanoseconds> median_interval(const ObservedCallback& 
 // The period of what comes at these times, where it comes regularly; none: it does not, or too seldom.
 std::optional<std::chrono::nanoseconds> clock_of(const std::vector<std::chrono::nanoseconds>& times);
 
-// What is no data of the app: clocks, logs, transforms.
-bool is_data(const std::string& topic);
-// Any data at all; in how many runs, on a topic.
+// Without what is no data of the app, as subscriptions and where it is published: clocks, logs, transforms, and
+// messages by which nodelets and their manager tell each other that they live.
+std::vector<ObservedCallback> of_data(std::vector<ObservedCallback> callbacks);
+// Anything at all; in how many runs, on a topic.
 bool publishes(const ObservedCallback& callback);
 std::size_t count_published(const ObservedCallback& callback, const std::string& topic);
 // "/mapper's subscription of /scan".
