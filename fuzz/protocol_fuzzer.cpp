@@ -1,15 +1,17 @@
 // What programs say to a server: whatever it is, each message has one answer that a client understands, and when the
-// programs have gone nothing of them is left.
+// programs have gone nothing of them is left, and each of their threads has the level that it had.
 // Program d alone may control the server; no other changes anything.
 //
 // The input is a row of lines. The first character of each says who speaks ('a' to 'd'), the rest is the message; an
 // upper-case letter is a message that another process wrote on that program's connection, '-' makes program a end.
 #include <cctype>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <map>
 #include <memory>
 #include <string_view>
+#include <vector>
 
 #include "config/app_file.h"
 #include "os/fake/fake_os.h"
@@ -28,7 +30,7 @@ subchains: { fast: [eye, hand] }
 objective: [ { response_time: [eye, hand], weight: 1 }, { period: map, weight: 1 } ]
 )";
 
-// A server without a socket. Made once; programs come and go.
+// A server without a socket. Made once; programs come and go. Their threads are this one's, which sleep for good.
 struct World {
   World() {
     memory = std::make_unique<runtime::LocalRegion>(app.graph, 1);
@@ -36,12 +38,18 @@ struct World {
     options.policy = *policy::make_policy("catan");
     scheduler = *runtime::Scheduler::create(app, fake, std::move(options), os::CpuSet{0}, memory->region());
     if (!scheduler->prepare()) std::abort();
+    constexpr int kThreads = 3;
+    for (int count = 0; count < kThreads; ++count) {
+      threads.push_back(fake.spawn("thread", [this] { fake.sleep_until(TimePoint::max()); }));
+    }
+    fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
   }
 
   os::FakeOs fake{os::fake_topology(1)};
   graph::App app = *config::parse_app(kApp, "app.yaml");
   std::unique_ptr<runtime::LocalRegion> memory;
   std::unique_ptr<runtime::Scheduler> scheduler;
+  std::vector<std::unique_ptr<os::Thread>> threads;
   std::uint64_t changes = 0;
 };
 
@@ -67,7 +75,7 @@ void speak(runtime::Registry& registry, const std::map<char, runtime::Registry::
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static World world;
+  static World& world = *new World;  // its threads never end
   runtime::Registry registry(world.fake, *world.scheduler);
   std::map<char, runtime::Registry::ProgramId> programs;
   for (const char name : {'a', 'b', 'c', 'd'}) {
@@ -90,6 +98,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (std::size_t node = 0; node < world.app.graph.nodes().size(); ++node) {
     if (world.app.graph.nodes()[node].external) continue;
     if (!world.scheduler->threads(NodeId(node)).empty()) std::abort();
+  }
+  const auto threads = world.fake.threads(world.fake.current_process());
+  for (const os::ThreadId thread : *threads) {
+    if (*world.fake.level(thread) != os::Level::kOrdinary) std::abort();
   }
   return 0;
 }

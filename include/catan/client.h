@@ -14,7 +14,8 @@
 //                          frameworks that have threads of their own
 //
 // All threads of a process that runs one node belong to it, also those that libraries make; in a process that runs
-// several, a thread that works for one of them calls adopt_this_thread().
+// several, a thread that works for one of them calls adopt_this_thread(), and share_thread() names one that works for
+// all.
 //
 // When the server ends or is killed, nodes go on by themselves, at the rates that it planned last, under ordinary
 // scheduling; on_notice is told. As soon as there is a server again (of the same app), they are its.
@@ -94,6 +95,11 @@ class Client {
   // as start(), and that there is no server at this moment.
   Result<AttachedNode> attach(std::string_view name);
   Status adopt_this_thread(std::string_view node);
+  // A thread of this process, by the number that gettid() gives it, works for all nodes of it: its middleware's, say.
+  // It counts as a thread of the node that weighs most of those that this process runs, so that it is no more urgent
+  // than that, and its CPU time is in what that node costs. From any thread; does not wait for the server, which is
+  // told soon, or when there is one. Errors: a thread of another process, kCaller.
+  Status share_thread(int thread);
   // Ends waits, lets runs that are under way end, leaves. Attached threads are to return by themselves.
   void stop();
 

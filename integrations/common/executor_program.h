@@ -37,6 +37,8 @@ class ExecutorProgram {
   ExecutorCallback* find(const std::string& ros_node, Binding::Kind kind, const std::string& name,
                          std::chrono::nanoseconds period = std::chrono::nanoseconds{0});
   void adopt_this_thread(const std::string& node) { connection_.adopt_this_thread(node); }
+  // It works for all nodes of this program.
+  void share_thread(int thread) { connection_.share_thread(thread); }
   void tell(ServerConnection::Severity severity, const std::string& text) const { tell_(severity, text); }
 
  private:

@@ -24,7 +24,7 @@ ctn::Client* ServerConnection::client(const std::atomic<bool>& stop) {
         const ctn::Status started = connected->start();
         if (started) {
           client_.emplace(std::move(*connected));
-          there_.store(true);
+          tell_shared();
           return &*client_;
         }
         tell_(Severity::kError, started.error().message());
@@ -73,6 +73,23 @@ void ServerConnection::adopt_this_thread(const std::string& node) {
   if (!client_ || stopped_.load()) return;
   const ctn::Status adopted = client_->adopt_this_thread(node);
   if (!adopted) tell_(Severity::kWarning, "a thread of node " + node + ": " + adopted.error().message());
+}
+
+// Never waits for a server: the thread that is named may be the caller, at its beginning.
+void ServerConnection::share_thread(int thread) {
+  const std::lock_guard lock(shared_mutex_);
+  if (there_.load()) {
+    static_cast<void>(client_->share_thread(thread));
+  } else {
+    shared_.push_back(thread);
+  }
+}
+
+// Precondition: client_ is there, which stays. One that has ended meanwhile is refused, which is as well.
+void ServerConnection::tell_shared() {
+  const std::lock_guard lock(shared_mutex_);
+  there_.store(true);
+  for (const int thread : std::exchange(shared_, {})) static_cast<void>(client_->share_thread(thread));
 }
 
 void ServerConnection::stop() {

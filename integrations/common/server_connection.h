@@ -15,6 +15,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace catan_ros {
 
@@ -50,16 +51,23 @@ class ServerConnection {
   // The calling thread works for the node. Where that is refused, it stays as it is.
   void adopt_this_thread(const std::string& node);
 
+  // A thread of this program works for all of its nodes: told to the server as soon as there is one. Does not wait.
+  void share_thread(int thread);
+
   // Ends the nodes' waits; no node is registered from now on.
   void stop();
 
  private:
+  void tell_shared();
+
   const Tell tell_;
   std::mutex mutex_;  // no node is registered while the client stops
   std::optional<ctn::Client> client_;
   std::atomic<bool> there_{false};  // client_ is
   bool refused_ = false;
   std::atomic<bool> stopped_{false};
+  std::mutex shared_mutex_;
+  std::vector<int> shared_;  // threads that the client has not been told of
 };
 
 }  // namespace catan_ros

@@ -23,7 +23,7 @@ void hook_threads(bool hooked) {
                                              const catan_ros::LocalNode* const node = catan_ros::LocalNode::current();
                                              return node != nullptr ? node->binding().node.c_str() : nullptr;
                                            },
-                                           [](const char* node) { g_program->adopt_this_thread(node); }};
+                                           [](const char* node) { g_program->adopt_this_thread(node); }, nullptr};
   void* const found = ::dlsym(RTLD_DEFAULT, catan_ros::kSetThreadHook);
   if (found != nullptr) reinterpret_cast<catan_ros::SetThreadHook>(found)(hooked ? &kHook : nullptr);
 }

@@ -16,6 +16,7 @@
 #include <ros/subscribe_options.h>
 #include <ros/timer_options.h>
 #include <ros/wall_timer_options.h>
+#include <sys/types.h>
 
 #include <atomic>
 
@@ -46,6 +47,8 @@ struct Hooks {
   const char* (*current_node)();
   // The calling thread works for that node.
   void (*adopt)(const char* node);
+  // That thread works for all nodes; null: nobody wants to know.
+  void (*share)(pid_t thread);
   // ROS is shut down in this program.
   void (*shut_down)();
 

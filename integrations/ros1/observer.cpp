@@ -231,6 +231,7 @@ const Hooks* observing_hooks(const std::string& folder) {
                             publish_observed,
                             no_node,
                             adopt_nothing,
+                            nullptr,
                             nothing_to_shut_down,
                             &kNoTurns,
                             nullptr,

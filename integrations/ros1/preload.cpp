@@ -13,6 +13,7 @@
 
 #include "common/binding.h"
 #include "common/helper_threads.h"
+#include "common/middleware_threads.h"
 #include "common/observation.h"
 #include "ros1/hooks.h"
 
@@ -71,12 +72,20 @@ const Hooks* load() {
   }
   const Hooks* const hooks = reinterpret_cast<const Hooks* (*)()>(symbol)();
   g_hooks.store(hooks, std::memory_order_release);
+  if (hooks != nullptr) catan_ros::set_share_thread(hooks->share);
   return hooks;
 }
 
 const Hooks* hooks() {
   static const Hooks* const kLoaded = load();
   return kLoaded;
+}
+
+// Whether threads may be roscpp's; shells and such have none.
+bool has_roscpp() {
+  void* const library = ::dlopen(CATAN_ROSCPP_LIBRARY, RTLD_LAZY | RTLD_NOLOAD);
+  if (library != nullptr) ::dlclose(library);
+  return library != nullptr;
 }
 
 // Those that matter to the queues; null: no queue has bound callbacks.
@@ -122,10 +131,16 @@ class Calling {
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*function)(void*),
                               void* argument) noexcept {
   static const auto kNext = reinterpret_cast<catan_ros::CreateThread>(next_function("pthread_create"));
+  // Also in a node's run: the first one to need the middleware's thread has it made.
+  if (has_roscpp() && catan_ros::makes_middleware_thread()) {
+    return catan_ros::create_middleware_thread(kNext, thread, attributes, function, argument);
+  }
   const Hooks* const known = g_hooks.load(std::memory_order_acquire);
   const char* const node = known != nullptr ? known->current_node() : nullptr;
-  if (node == nullptr) return kNext(thread, attributes, function, argument);
-  return catan_ros::create_helper_thread(kNext, thread, attributes, {function, argument, node, known->adopt});
+  if (node != nullptr) {
+    return catan_ros::create_helper_thread(kNext, thread, attributes, {function, argument, node, known->adopt});
+  }
+  return kNext(thread, attributes, function, argument);
 }
 
 namespace ros {

@@ -41,6 +41,8 @@ class Program {
 
   // The calling thread works for the node. Where that is refused, it stays as it is.
   void adopt_this_thread(const std::string& node) { connection_.adopt_this_thread(node); }
+  // It works for all nodes of this program.
+  void share_thread(int thread) { connection_.share_thread(thread); }
 
   void stop();
 

@@ -147,6 +147,8 @@ const char* current_node() {
 
 void adopt(const char* node) { g_program->adopt_this_thread(node); }
 
+void share(pid_t thread) { g_program->share_thread(thread); }
+
 void shut_down() { g_program->stop(); }
 
 void enter(const ros::CallbackQueue* queue) {
@@ -175,9 +177,20 @@ extern "C" const catan_ros::Hooks* catan_ros1_hooks() {
   if (!bindings || bindings->empty()) return nullptr;
   const char* const messages = std::getenv(kMessageRunsVariable);
   g_program = new Program(std::move(*bindings), messages != nullptr ? MessageRuns::open(messages) : nullptr);
-  static const Hooks kHooks{subscribe,           advertise_service, create_timer, create_wall_timer,
-                            create_steady_timer, publish,           current_node, adopt,
-                            shut_down,           &has_turns(),      enter,        leave,
-                            &catan_ros::begin,   &catan_ros::end};
+  static const Hooks kHooks{subscribe,
+                            advertise_service,
+                            create_timer,
+                            create_wall_timer,
+                            create_steady_timer,
+                            publish,
+                            current_node,
+                            adopt,
+                            share,
+                            shut_down,
+                            &has_turns(),
+                            enter,
+                            leave,
+                            &catan_ros::begin,
+                            &catan_ros::end};
   return &kHooks;
 }

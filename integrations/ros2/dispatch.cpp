@@ -45,6 +45,10 @@ void hook_ros2_threads(bool hooked) {
                                            [](const char* node) {
                                              if (ExecutorProgram* const program = g_scheduled.load())
                                                program->adopt_this_thread(node);
+                                           },
+                                           [](pid_t thread) {
+                                             if (ExecutorProgram* const program = g_scheduled.load())
+                                               program->share_thread(thread);
                                            }};
   void* const found = ::dlsym(RTLD_DEFAULT, catan_ros::kSetThreadHook);
   if (found != nullptr) reinterpret_cast<catan_ros::SetThreadHook>(found)(hooked ? &kHook : nullptr);

@@ -78,6 +78,8 @@ Result<AttachedNode> Client::attach(std::string_view name) {
 
 Status Client::adopt_this_thread(std::string_view node) { return impl_->engine().adopt_this_thread(node); }
 
+Status Client::share_thread(int thread) { return impl_->engine().share_thread(os::ThreadId{thread}); }
+
 void Client::stop() { impl_->engine().stop(); }
 
 bool Client::served() const { return impl_->engine().served(); }

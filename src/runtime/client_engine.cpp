@@ -134,6 +134,12 @@ Status ClientEngine::adopt_this_thread(std::string_view name) {
   return added;
 }
 
+Status ClientEngine::share_thread(os::ThreadId thread) {
+  Status shared = registered_.share(thread);
+  if (shared) link_.wake();
+  return shared;
+}
+
 void ClientEngine::stop() {
   watcher_.request_stop();
   link_.wake();

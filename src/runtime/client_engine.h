@@ -53,6 +53,9 @@ class ClientEngine {
   // The calling thread is the node's. Good until this ends.
   Result<NodePort*> attach(std::string_view node);
   Status adopt_this_thread(std::string_view node);
+  // Works for all nodes of this program. The server is told by the thread that watches it; the caller, which may be a
+  // middleware's thread, never waits for that.
+  Status share_thread(os::ThreadId thread);
   bool served() const { return served_.load(std::memory_order_acquire); }
 
  private:

@@ -1,5 +1,7 @@
 #include "runtime/client_nodes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -46,6 +48,43 @@ void ClientNodes::remove_thread(NodeId node, os::ThreadId thread) {
   }
 }
 
+Status ClientNodes::share(os::ThreadId thread) {
+  const auto state = state_.lock();
+  forget_ended(*state);
+  const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
+  if (!living) return living.error();
+  if (!std::binary_search(living->begin(), living->end(), thread)) {
+    return Error::caller(fmt::format("thread {} is not one of this process", static_cast<std::int32_t>(thread)),
+                         "name a thread of your own by what gettid() gives it");
+  }
+  if (std::find(state->shared.begin(), state->shared.end(), thread) != state->shared.end()) return Done{};
+  if (const auto now = os_.save_scheduling(thread)) save(state->saved, *now);
+  state->shared.push_back(thread);
+  state->untold.push_back(thread);
+  return Done{};
+}
+
+Status ClientNodes::tell_all_shared(Conversation& conversation, const Meanwhile& meanwhile) {
+  {
+    const auto state = state_.lock();
+    state->untold = state->shared;
+  }
+  return tell_shared(conversation, meanwhile);
+}
+
+// One that has ended meanwhile is refused, and so are all by a server that does not know of shared threads: without
+// them nodes run as well.
+Status ClientNodes::tell_shared(Conversation& conversation, const Meanwhile& meanwhile) {
+  std::vector<os::ThreadId> threads;
+  threads.swap(state_.lock()->untold);
+  for (const os::ThreadId thread : threads) {
+    Status added = conversation.call(
+        {.kind = Request::Kind::kAdd, .node = {}, .thread = static_cast<std::int32_t>(thread)}, meanwhile);
+    if (!added && added.error().kind() != ErrorKind::kCaller) return added;
+  }
+  return Done{};
+}
+
 Status ClientNodes::join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
                          const Meanwhile& meanwhile) {
   const auto ask = [&](Request::Kind kind, os::ThreadId thread) {
@@ -72,6 +111,7 @@ void ClientNodes::update_saved_scheduling() {
     update(registered.thread);
     for (const os::ThreadId thread : registered.others) update(thread);
   }
+  for (const os::ThreadId thread : state->shared) update(thread);
 }
 
 // Of the threads that were named. A node's own thread stays: a node that leaves says so.
@@ -87,13 +127,18 @@ void ClientNodes::forget_ended(State& state) const {
     return std::any_of(state.nodes.begin(), state.nodes.end(),
                        [&](const RegisteredNode& registered) { return registered.thread == thread; });
   };
-  for (RegisteredNode& registered : state.nodes) {
-    const auto ended = std::partition(registered.others.begin(), registered.others.end(), std::not_fn(has_ended));
-    std::for_each(ended, registered.others.end(), [&](os::ThreadId thread) {
+  const auto forget = [&](std::vector<os::ThreadId>& threads) {
+    const auto ended = std::partition(threads.begin(), threads.end(), std::not_fn(has_ended));
+    std::for_each(ended, threads.end(), [&](os::ThreadId thread) {
       if (!is_own(thread)) state.saved.forget(thread);
     });
-    registered.others.erase(ended, registered.others.end());
-  }
+    threads.erase(ended, threads.end());
+  };
+  for (RegisteredNode& registered : state.nodes) forget(registered.others);
+  forget(state.shared);
+  std::erase_if(state.untold, [&](os::ThreadId thread) {
+    return std::find(state.shared.begin(), state.shared.end(), thread) == state.shared.end();
+  });
 }
 
 // What a thread had that a server has found and raised before the program named it only that server knows.
@@ -125,12 +170,15 @@ std::vector<os::ThreadId> ClientNodes::threads_of(const RegisteredNode& register
 bool ClientNodes::any_raised(const Region& region) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return false;
+  const auto raised = [this](os::ThreadId thread) { return raised_by_server(thread); };
   for (const RegisteredNode& registered : all()) {
     const std::vector<os::ThreadId> threads = threads_of(registered, region, *living);
-    const auto raised = [this](os::ThreadId thread) { return raised_by_server(thread); };
     if (std::any_of(threads.begin(), threads.end(), raised)) return true;
   }
-  return false;
+  const std::vector<os::ThreadId> named = shared();
+  return std::any_of(named.begin(), named.end(), [&](os::ThreadId thread) {
+    return std::binary_search(living->begin(), living->end(), thread) && raised(thread);
+  });
 }
 
 void ClientNodes::restore_threads(const Region& region) {
@@ -145,6 +193,15 @@ void ClientNodes::restore_threads(const Region& region) {
       } else {
         state->saved.restore_unknown(thread, raised_by_server(thread), registered.thread);
       }
+    }
+  }
+  // A server may have handed them to a node that did not join in the end, so that nobody looks at its list.
+  for (const os::ThreadId thread : state->shared) {
+    if (state->saved.has(thread)) {
+      state->saved.restore(thread);
+    } else if (raised_by_server(thread)) {
+      const os::ThreadId like = state->nodes.empty() ? thread : state->nodes.front().thread;
+      state->saved.restore_unknown(thread, true, like);
     }
   }
 }

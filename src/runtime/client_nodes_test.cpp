@@ -173,6 +173,44 @@ TEST_F(ClientNodesTest, AThreadThatAServerRaisedForOneThatEndedBecomesOrdinary) 
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
+// A server handed it to a node whose join it did not answer, so that the list that it is in is nobody's.
+TEST_F(ClientNodesTest, ASharedThreadIsRestoredWhereverTheServerListsIt) {
+  const os::CpuSet before{0};
+  ASSERT_TRUE(fake.set_affinity(other_id, before).ok());
+  nodes.add(node, fake.current_thread());
+  ASSERT_TRUE(nodes.share(other_id).ok());
+  EXPECT_FALSE(nodes.any_raised(region));
+  raise(other_id);
+  EXPECT_TRUE(nodes.any_raised(region));
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), before);
+}
+
+TEST_F(ClientNodesTest, ASharedThreadThatOnlyTheServerKnewBecomesOrdinary) {
+  raise(other_id);
+  ASSERT_TRUE(nodes.share(other_id).ok());
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+}
+
+TEST_F(ClientNodesTest, ASharedThreadIsOneOfThisProcessAndKnownUntilItEnds) {
+  EXPECT_FALSE(nodes.share(os::ThreadId{12345}).ok());
+  ASSERT_TRUE(nodes.share(other_id).ok());
+  ASSERT_TRUE(nodes.share(other_id).ok());
+  EXPECT_EQ(nodes.shared(), std::vector<os::ThreadId>{other_id}) << "once, however often it is named";
+  EXPECT_TRUE(nodes.has_untold());
+  const auto brief = fake.spawn("brief", [&] { EXPECT_TRUE(nodes.share(fake.current_thread()).ok()); });
+  brief->join();
+  EXPECT_EQ(nodes.shared().size(), 2U);
+  nodes.update_saved_scheduling();
+  EXPECT_EQ(nodes.shared(), std::vector<os::ThreadId>{other_id});
+  fake.reuse_number(other_id);
+  nodes.update_saved_scheduling();
+  EXPECT_TRUE(nodes.shared().empty()) << "another has its number";
+  EXPECT_FALSE(nodes.has_untold());
+}
+
 TEST_F(ClientNodesTest, ThreadIdsInTheRegionThatAreNotOfThisProcessAreIgnored) {
   nodes.add(node, other_id);
   list(os::ThreadId{-7});

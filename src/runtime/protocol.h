@@ -4,7 +4,7 @@
 //   {"hello": {"version": 2, "thread": 41}}     first, once: `thread` serves the connection and belongs to no node.
 //                                               Answered with the region's descriptor
 //   {"join": {"node": "LM", "thread": 42}}      the sender runs this node, in this thread
-//   {"add": {"node": "LM", "thread": 43}}       another thread that works for the node
+//   {"add": {"node": "LM", "thread": 43}}       another thread that works for the node; "": for all of the sender's
 //   {"leave": {"node": "LM"}}                   the sender runs it no more
 // Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "hint": "..."}}.
 //
@@ -34,7 +34,7 @@ struct Request {
   enum class Kind { kHello, kJoin, kAdd, kLeave, kChange, kStatus, kFlight };
   Kind kind = Kind::kHello;
   std::int32_t version = kProtocolVersion;  // kHello, kChange, kStatus, kFlight
-  std::string node{};                       // kJoin, kAdd, kLeave
+  std::string node{};                       // kJoin, kAdd, kLeave; kAdd: empty where it is for all
   std::int32_t thread = 0;                  // kHello, kJoin, kAdd; > 0
   Changes changes{};                        // kChange
   friend bool operator==(const Request&, const Request&) = default;

@@ -34,6 +34,10 @@ Registry::Attached attached_to(Request::Kind kind) {
   }
 }
 
+bool contains(const std::vector<os::ThreadId>& threads, os::ThreadId thread) {
+  return std::find(threads.begin(), threads.end(), thread) != threads.end();
+}
+
 }  // namespace
 
 Registry::ProgramId Registry::enter(os::ProcessId process, bool may_control) {
@@ -67,6 +71,7 @@ Status Registry::carry_out(Program& program, const Request& request) {
   if (request.kind == Request::Kind::kHello) return hello(program, request);
   if (is_control(request.kind)) return control(program, request);
   if (!program.service) return Error::caller("nothing was said before hello", "say hello first");
+  if (request.kind == Request::Kind::kAdd && request.node.empty()) return share(program, os::ThreadId{request.thread});
   const std::optional<NodeId> node = scheduler_.app().graph.find_node(request.node);
   if (!node) {
     return Error::caller(fmt::format("app {} has no node '{}'", scheduler_.app().name, request.node.substr(0, 100)),
@@ -75,11 +80,13 @@ Status Registry::carry_out(Program& program, const Request& request) {
   const os::ThreadId thread{request.thread};
   if (request.kind == Request::Kind::kJoin) {
     if (Status own = own_thread(program, thread); !own) return own;
+    unshare(program, thread);
     // Before the thread is placed as this node's: it may be among the threads that were taken for another's.
     if (!program.nodes.contains(*node)) release_found(program);
     if (Status joined = scheduler_.join(*node, program.process, thread); !joined) return joined;
     program.nodes.insert(*node);
     program.joined_since_search = true;
+    hand_over_shared(program);
     return Done{};
   }
   if (!program.nodes.contains(*node)) {
@@ -88,9 +95,11 @@ Status Registry::carry_out(Program& program, const Request& request) {
   if (request.kind == Request::Kind::kLeave) {
     program.nodes.erase(*node);
     scheduler_.leave(*node, "its program has ended it");
+    hand_over_shared(program);
     return Done{};
   }
   if (Status own = own_thread(program, thread); !own) return own;
+  unshare(program, thread);
   std::erase(program.found, thread);  // it has a name now
   return scheduler_.add_thread(*node, program.process, thread);
 }
@@ -126,7 +135,7 @@ void Registry::find_threads() {
 }
 
 void Registry::find_threads(Program& program) {
-  if (program.nodes.empty()) return;
+  if (program.nodes.empty() && program.shared.empty()) return;
   const Result<std::vector<os::ThreadId>> living = threads_.threads(program.process);
   if (!living) return;  // it is ending, and its connection will be closed
   for (const NodeId node : program.nodes) {
@@ -136,15 +145,89 @@ void Registry::find_threads(Program& program) {
   }
   std::erase_if(program.found,
                 [&](os::ThreadId thread) { return !std::binary_search(living->begin(), living->end(), thread); });
+  place_shared(program, *living);
   // One that has just joined may be about to join with more nodes.
   if (std::exchange(program.joined_since_search, false) || program.nodes.size() != 1) return;
   const NodeId node = *program.nodes.begin();
   const std::vector<os::ThreadId> known = scheduler_.threads(node);
   for (const os::ThreadId thread : *living) {
-    if (thread == program.service || std::find(known.begin(), known.end(), thread) != known.end()) continue;
+    if (thread == program.service || contains(known, thread) || contains(program.shared, thread)) continue;
     // No room is no fault of the node: its first threads are scheduled.
     if (scheduler_.add_thread(node, program.process, thread)) program.found.push_back(thread);
   }
+}
+
+// A thread is one node's at most: whoever releases it gives it back what it had, and another node's controller would
+// raise it again, for good. One that was found stays where it is: the program runs one node, which all its threads work
+// for.
+Status Registry::share(Program& program, os::ThreadId thread) {
+  if (Status own = own_thread(program, thread); !own) return own;
+  if (contains(program.shared, thread)) return Done{};
+  const std::string named = fmt::format("thread {}", static_cast<std::int32_t>(thread));
+  if (thread == program.service) {
+    return Error::caller(named + " serves the connection", "name one that works for the program's nodes");
+  }
+  if (std::erase(program.found, thread) == 0 && is_taken(thread)) {
+    return Error::caller(named + " works for one node already", "name one that works for all");
+  }
+  program.shared.push_back(thread);
+  place_shared(program);
+  return Done{};
+}
+
+// From now on it works for one node.
+void Registry::unshare(Program& program, os::ThreadId thread) {
+  if (std::erase(program.shared, thread) > 0 && program.sharer) scheduler_.remove_thread(*program.sharer, thread);
+}
+
+void Registry::hand_over_shared(Program& program) {
+  const std::optional<NodeId> node = heaviest(program);
+  if (node != program.sharer) {
+    for (const os::ThreadId thread : program.shared) {
+      if (program.sharer) scheduler_.remove_thread(*program.sharer, thread);
+    }
+    program.sharer = node;
+  }
+  place_shared(program);
+}
+
+void Registry::place_shared(Program& program) {
+  if (program.shared.empty()) return;
+  if (const auto living = threads_.threads(program.process)) place_shared(program, *living);
+}
+
+// Those that are too many for the node stay as they are, which is no fault of the program's, until there is room.
+// `living`: the program's threads. Those that have ended are forgotten, since others may get their numbers.
+void Registry::place_shared(Program& program, const std::vector<os::ThreadId>& living) {
+  std::erase_if(program.shared,
+                [&](os::ThreadId thread) { return !std::binary_search(living.begin(), living.end(), thread); });
+  if (!program.sharer) return;
+  for (const os::ThreadId thread : program.shared) {
+    if (!is_taken(thread)) static_cast<void>(scheduler_.add_thread(*program.sharer, program.process, thread));
+  }
+}
+
+bool Registry::is_taken(os::ThreadId thread) const {
+  const auto nodes = scheduler_.app().graph.nodes();
+  for (std::size_t index = 0; index < nodes.size(); ++index) {
+    if (!nodes[index].external && contains(scheduler_.threads(NodeId(index)), thread)) return true;
+  }
+  return false;
+}
+
+// Of the nodes that it runs, by the weights of the app file; unscheduled ones weigh nothing. Of several the first of
+// the app file.
+std::optional<NodeId> Registry::heaviest(const Program& program) const {
+  const graph::App& app = scheduler_.app();
+  const auto weight = [&](NodeId node) {
+    const std::optional<SubchainId> subchain = app.graph.node(node).subchain;
+    return subchain ? app.weight_of(*subchain) : -1.0;
+  };
+  std::optional<NodeId> heaviest;
+  for (const NodeId node : program.nodes) {
+    if (!heaviest || weight(node) > weight(*heaviest)) heaviest = node;
+  }
+  return heaviest;
 }
 
 void Registry::release_found(Program& program) {

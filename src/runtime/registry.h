@@ -13,7 +13,10 @@
 //     serves the connection. Where a program runs several nodes, other threads say which one they belong to ("add"),
 //     and the threads that were found while it ran one are released. A program's threads are not searched before no
 //     node has joined between two searches, so that threads of nodes that join one after the other are not taken for
-//     the first one's.
+//     the first one's,
+//   - a thread that works for all nodes of a program (its middleware's, "add" without a node) is one of the node's that
+//     weighs most of those that the program runs, by the weights of the app file; of another's, when that leaves or one
+//     joins that weighs more. It is no other node's, and with the last node it gets back what it had.
 //
 // Thread safety: one thread.
 #pragma once
@@ -63,7 +66,9 @@ class Registry {
     bool may_control = false;
     std::optional<os::ThreadId> service;  // once it has said hello
     std::set<NodeId> nodes;
-    std::vector<os::ThreadId> found;  // found by find_threads(), not named by the program
+    std::vector<os::ThreadId> found;   // found by find_threads(), not named by the program
+    std::vector<os::ThreadId> shared;  // that work for all nodes
+    std::optional<NodeId> sharer;      // whose threads these are at the moment
     bool joined_since_search = false;
   };
 
@@ -74,6 +79,13 @@ class Registry {
   Status own_thread(const Program& program, os::ThreadId thread) const;
   void find_threads(Program& program);
   void release_found(Program& program);
+  Status share(Program& program, os::ThreadId thread);
+  void unshare(Program& program, os::ThreadId thread);
+  void hand_over_shared(Program& program);
+  void place_shared(Program& program);
+  void place_shared(Program& program, const std::vector<os::ThreadId>& living);
+  bool is_taken(os::ThreadId thread) const;
+  std::optional<NodeId> heaviest(const Program& program) const;
 
   os::Threads& threads_;
   Scheduler& scheduler_;

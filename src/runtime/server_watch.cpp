@@ -25,7 +25,18 @@ TimePoint ServerWatch::turn(TimePoint now, bool gone) {
   if (gone || (state_ == State::kServed && !server_alive(now))) lose_server(now, gone);
   if (state_ != State::kServed) return run_without_server(now);
   regions_.drop_old(program_.wiring, running());
+  if (program_.registered.has_untold()) tell_shared();
   return heartbeat_.next_check();
+}
+
+// Where the server does not answer, the link says so at the next turn, and the next server is told of all.
+void ServerWatch::tell_shared() {
+  const std::unique_ptr<Conversation> conversation = program_.link.converse();
+  const Meanwhile meanwhile = [this]() -> std::optional<TimePoint> {
+    if (program_.stopping() || !server_alive(program_.os.now())) return std::nullopt;
+    return heartbeat_.next_check();
+  };
+  static_cast<void>(program_.registered.tell_shared(*conversation, meanwhile));
 }
 
 void ServerWatch::leave() {
@@ -176,6 +187,7 @@ Status ServerWatch::rejoin(Conversation& conversation) {
     const std::string& name = program_.app.graph.node(registered.node).name;
     if (Status joined = program_.registered.join(registered, name, conversation, meanwhile); !joined) return joined;
   }
+  if (Status told = program_.registered.tell_all_shared(conversation, meanwhile); !told) return told;
   regions_.move_nodes(program_.wiring, running());
   return Done{};
 }

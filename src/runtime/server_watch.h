@@ -69,6 +69,7 @@ class ServerWatch {
   enum class State { kServed, kSilent, kAway };
 
   void set(State state);
+  void tell_shared();
   bool server_alive(TimePoint now);
   void begin_heartbeat();
   void lose_server(TimePoint now, bool gone);

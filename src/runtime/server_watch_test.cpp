@@ -71,6 +71,7 @@ class VirtualServer : public ServerLink {
   bool there = false;
   bool gone = false;    // for the next wait()
   std::string refused;  // a node, or "hello"
+  bool refuses_shared = false;
   std::function<void(const std::string&)> on_join = [](const std::string&) {};
   std::vector<Heard> heard;
   int conversations = 0;
@@ -88,9 +89,11 @@ class VirtualServer : public ServerLink {
       return server_.shared();
     }
     Status call(const Request& request, const Meanwhile& /*meanwhile*/) override {
-      server_.hear((request.kind == Request::Kind::kLeave ? "leave " : "join ") + request.node);
+      const bool share = request.kind == Request::Kind::kAdd && request.node.empty();
+      server_.hear(share ? "share" : (request.kind == Request::Kind::kLeave ? "leave " : "join ") + request.node);
       if (!server_.there) return Error::environment("nobody is there", "");
-      if (server_.refused == request.node) return Error::caller("another runs it", "");
+      if (share && server_.refuses_shared) return Error::caller("there is no node ''", "");
+      if (server_.refused == request.node && !share) return Error::caller("another runs it", "");
       server_.on_join(request.node);
       return Done{};
     }
@@ -246,6 +249,31 @@ TEST_F(ServerWatchTest, TheNextServerIsTriedTenTimesASecondAndGetsAllNodes) {
   for (const char* what : {"hello", "join eye", "join map"}) expected.push_back({milliseconds{1300}, what});
   EXPECT_EQ(server.heard, expected);
   EXPECT_EQ(told, (std::vector<std::pair<Nanos, std::string>>{{seconds{1}, kGone}, {milliseconds{1300}, kBack}}));
+}
+
+TEST_F(ServerWatchTest, EachServerIsToldOnceOfThreadsThatWorkForAll) {
+  pass(seconds{1});
+  ASSERT_TRUE(registered.share(fake.current_thread()).ok());
+  pass(seconds{1});
+  EXPECT_EQ(server.heard, (Heard{{milliseconds{1050}, "share"}})) << "at the next turn";
+  server.heard.clear();
+  server.start();
+  next = watch.turn(fake.now(), true);
+  EXPECT_TRUE(served);
+  const Nanos at = milliseconds{2000};
+  EXPECT_EQ(server.heard, (Heard{{at, "hello"}, {at, "join eye"}, {at, "join map"}, {at, "share"}}));
+  pass(seconds{1});
+  EXPECT_EQ(server.heard.size(), 4U);
+}
+
+TEST_F(ServerWatchTest, AServerThatDoesNotKnowOfSharedThreadsSchedulesTheNodes) {
+  ASSERT_TRUE(registered.share(fake.current_thread()).ok());
+  server.refuses_shared = true;
+  pass(milliseconds{100});
+  EXPECT_TRUE(served);
+  server.start();
+  next = watch.turn(fake.now(), true);
+  EXPECT_TRUE(served);
 }
 
 constexpr const char* kRow =

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -21,10 +20,6 @@ using std::chrono::seconds;
 
 class LineageTest : public ProgramsTest {
  protected:
-  void write_script(const std::string& text) const {
-    write("launch.sh", "#!/bin/sh\n" + text);
-    std::filesystem::permissions(path("launch.sh"), std::filesystem::perms::owner_all);
-  }
   std::vector<double> numbers(const std::string& name) const {
     std::istringstream text(text_of(path(name)));
     return {std::istream_iterator<double>(text), {}};

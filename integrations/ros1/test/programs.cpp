@@ -97,11 +97,15 @@ void ProgramsTest::write_binding_of_work(const std::string& ros_node, const std:
   write(file, "catan: 1\nros: { work: { node: " + ros_node + ", topic: /data } }\n");
 }
 
-void ProgramsTest::write_launcher(const std::vector<std::string>& lines) const {
-  std::string text = "#!/bin/sh\n";
-  for (const std::string& line : lines) text += std::string(PLAIN_NODE) + " " + line + " &\n";
-  write("launch.sh", text + "wait\n");
+void ProgramsTest::write_script(const std::string& text) const {
+  write("launch.sh", "#!/bin/sh\n" + text);
   std::filesystem::permissions(path("launch.sh"), std::filesystem::perms::owner_all);
+}
+
+void ProgramsTest::write_launcher(const std::vector<std::string>& lines) const {
+  std::string text;
+  for (const std::string& line : lines) text += std::string(PLAIN_NODE) + " " + line + " &\n";
+  write_script(text + "wait\n");
 }
 
 void ProgramsTest::write_talker(const std::string& topic, const std::string& type) const {

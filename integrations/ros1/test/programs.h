@@ -51,6 +51,8 @@ class ProgramsTest : public testing::Test {
   // That node is what the ROS node does with a message on /data.
   void write_binding_of_work(const std::string& ros_node, const std::string& file = "bind.yaml") const;
 
+  // launch.sh, of these commands.
+  void write_script(const std::string& text) const;
   // launch.sh starts these nodes, and waits for them: what a launch file does.
   void write_launcher(const std::vector<std::string>& lines) const;
 

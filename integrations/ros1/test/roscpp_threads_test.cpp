@@ -1,0 +1,52 @@
+// What threads that roscpp makes for itself are scheduled as.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <string>
+#include <thread>
+
+#include "ros1/test/programs.h"
+
+namespace catan_ros {
+namespace {
+
+using std::chrono::seconds;
+
+using RoscppThreadsTest = ProgramsTest;
+
+// Three nodelets in one process: each callback has a thread of its own, and what roscpp's network and timers do is for
+// all of them.
+TEST_F(RoscppThreadsTest, AreScheduledInAProgramWithSeveralNodes) {
+  write("app.yaml", R"(catan: 1
+app: nodelets
+nodes: { camera: { max_rate: 50Hz }, detect: {}, follow: {} }
+edges: [ camera -> detect -> follow ]
+objective: [ { response_time: [camera, detect, follow], weight: 1 } ]
+scheduler: { bootstrap: 300ms }
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  camera: { node: /manager, timer: 20ms }
+  detect: { node: /manager, topic: /images }
+  follow: { node: /manager, topic: /things }
+)");
+  write_script(std::string("echo $$ >process\nexec ") + NODELETS + " --counts nodelets.json --log follow.log\n");
+  const int run = start_under_catan("--json --seconds 8 -- ./launch.sh");
+  ASSERT_TRUE(counts("nodelets", "calls", 20)) << text_of(path("run.err"));
+  // Real-time ones: the nodes' own, and more.
+  constexpr long kNodes = 3;
+  long real_time = 0;
+  for (int look = 0; look < 20 && real_time <= kNodes; ++look) {
+    wait(start("look", "sh -c 'ps -L -o cls= -p $(cat process) | grep -c -e FF -e RR'"), seconds{10});
+    real_time = std::atol(text_of(path("look.out")).c_str());
+    std::this_thread::sleep_for(std::chrono::milliseconds{100});
+  }
+  if (real_time == 0) GTEST_SKIP() << "SKIPPED: real-time levels are not permitted here";
+  EXPECT_GT(real_time, kNodes);
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_GT(counted("nodelets", "calls"), 40);
+}
+
+}  // namespace
+}  // namespace catan_ros

@@ -1,0 +1,154 @@
+// In virtual time, with the fake OS: programs that are not there, whose threads are this one's.
+#include "runtime/registry.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/app_file.h"
+#include "os/fake/fake_os.h"
+
+namespace ctn::runtime {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class SharedThreads : public ::testing::Test {
+ protected:
+  SharedThreads() {
+    SchedulerOptions options;
+    options.policy = *policy::make_policy("catan");
+    scheduler = *Scheduler::create(app, fake, std::move(options), os::CpuSet{0}, memory.region());
+    const Status ready = scheduler->prepare();
+    EXPECT_TRUE(ready.ok()) << ready.error().message();
+    registry = std::make_unique<Registry>(fake, *scheduler);
+    program = registry->enter(fake.current_process());
+    for (os::ThreadId* const id : {&light, &heavy, &network}) {
+      threads.push_back(fake.spawn("thread", [this, id] {
+        *id = fake.current_thread();
+        fake.sleep_until(TimePoint{std::chrono::hours{1}});
+      }));
+    }
+    fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
+    EXPECT_EQ(say({.kind = Request::Kind::kHello, .thread = number(fake.current_thread())}), "");
+  }
+
+  static std::int32_t number(os::ThreadId thread) { return static_cast<std::int32_t>(thread); }
+  std::string say(const Request& request) {
+    const Status done = parse_reply(registry->handle(program, fake.current_process(), to_text(request)).text);
+    return done ? "" : done.error().message();
+  }
+  std::string join(const std::string& node, os::ThreadId thread) {
+    return say({.kind = Request::Kind::kJoin, .node = node, .thread = number(thread)});
+  }
+  std::string leave(const std::string& node) { return say({.kind = Request::Kind::kLeave, .node = node}); }
+  std::string share(os::ThreadId thread) {
+    return say({.kind = Request::Kind::kAdd, .node = "", .thread = number(thread)});
+  }
+  std::vector<os::ThreadId> threads_of(const std::string& node) {
+    return scheduler->threads(*app.graph.find_node(node));
+  }
+
+  os::FakeOs fake{os::fake_topology(1)};
+  graph::App app = *config::parse_app(R"(catan: 1
+app: two
+nodes: { light: {}, heavy: {} }
+objective: [ { period: light, weight: 0.1 }, { period: heavy, weight: 1 } ]
+)",
+                                      "app.yaml");
+  LocalRegion memory{app.graph, 1};
+  std::unique_ptr<Scheduler> scheduler;
+  std::unique_ptr<Registry> registry;
+  Registry::ProgramId program{};
+  os::ThreadId light{};
+  os::ThreadId heavy{};
+  os::ThreadId network{};
+  std::vector<std::unique_ptr<os::Thread>> threads;
+};
+
+TEST_F(SharedThreads, WorkForTheNodeThatWeighsMostOfThoseThatAreThere) {
+  EXPECT_EQ(share(network), "");
+  EXPECT_EQ(join("light", light), "");
+  EXPECT_THAT(threads_of("light"), ElementsAre(light, network));
+  EXPECT_EQ(join("heavy", heavy), "");
+  EXPECT_THAT(threads_of("light"), ElementsAre(light));
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy, network));
+  EXPECT_EQ(leave("heavy"), "");
+  EXPECT_THAT(threads_of("heavy"), IsEmpty());
+  EXPECT_THAT(threads_of("light"), ElementsAre(light, network));
+  EXPECT_EQ(leave("light"), "");
+  EXPECT_THAT(threads_of("light"), IsEmpty());
+}
+
+TEST_F(SharedThreads, AreTakenOverWheneverTheyAreNamedAndOnce) {
+  EXPECT_EQ(join("light", light), "");
+  EXPECT_EQ(join("heavy", heavy), "");
+  EXPECT_EQ(share(network), "");
+  EXPECT_EQ(share(network), "");
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy, network));
+}
+
+TEST_F(SharedThreads, GetBackWhatTheyHadWithTheLastNode) {
+  const os::CpuSet before = *fake.affinity(network);
+  EXPECT_EQ(share(network), "");
+  EXPECT_EQ(*fake.level(network), os::Level::kOrdinary);
+  EXPECT_EQ(join("heavy", heavy), "");
+  EXPECT_NE(*fake.level(network), os::Level::kOrdinary);
+  registry->leave(program, "it has ended");
+  EXPECT_EQ(*fake.level(network), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(network), before);
+}
+
+TEST_F(SharedThreads, AreTheProgramsOwn) {
+  EXPECT_THAT(share(os::ThreadId{99999}), HasSubstr("is not one of process"));
+  EXPECT_THAT(share(fake.current_thread()), HasSubstr("serves the connection"));
+}
+
+// Or the one that releases it gives it back what it had, and the other's controller raises it again, for good.
+TEST_F(SharedThreads, WorkForOneNodeAtATime) {
+  EXPECT_EQ(join("light", light), "");
+  EXPECT_THAT(share(light), HasSubstr("works for one node already"));
+  EXPECT_EQ(share(network), "");
+  EXPECT_EQ(share(heavy), "");
+  EXPECT_EQ(join("heavy", heavy), "");
+  EXPECT_THAT(threads_of("light"), ElementsAre(light));
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy, network)) << "its own is shared no more";
+  EXPECT_EQ(say({.kind = Request::Kind::kAdd, .node = "light", .thread = number(network)}), "");
+  EXPECT_THAT(threads_of("light"), ElementsAre(light, network)) << "nor is one that is named for a node";
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy));
+  EXPECT_EQ(leave("heavy"), "");
+  EXPECT_THAT(threads_of("light"), ElementsAre(light, network));
+}
+
+TEST_F(SharedThreads, MayHaveBeenFoundBefore) {
+  EXPECT_EQ(join("heavy", heavy), "");
+  registry->find_threads();
+  registry->find_threads();
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy, light, network));
+  EXPECT_EQ(share(network), "");
+  registry->find_threads();
+  EXPECT_EQ(join("light", light), "");
+  EXPECT_THAT(threads_of("light"), ElementsAre(light));
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy, network));
+}
+
+TEST_F(SharedThreads, AreForgottenWhenTheyEndAlsoWhileNoNodeIsThere) {
+  os::ThreadId brief{};
+  const auto thread = fake.spawn("brief", [&] {
+    brief = fake.current_thread();
+    fake.sleep_until(fake.now() + std::chrono::milliseconds{2});
+  });
+  fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
+  EXPECT_EQ(share(brief), "");
+  thread->join();
+  EXPECT_EQ(join("heavy", heavy), "");
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy));
+}
+
+}  // namespace
+}  // namespace ctn::runtime
