@@ -100,7 +100,7 @@ TEST_F(SessionTest, RaisesItsThreadsMeasuresThemAndLeavesNoLevelBehind) {
   const Snapshot snapshot = session->snapshot();
   EXPECT_THAT(level_.load(), testing::AnyOf(os::Level::kActive, os::fixed_level(0)))
       << "cores of its own, or the one priority that there is";
-  EXPECT_EQ(real_time_threads(), 3) << "two nodes and the trigger thread";
+  EXPECT_EQ(real_time_threads(), 3) << "two nodes and the controller";
   ASSERT_TRUE(session->stop().ok());
   EXPECT_EQ(real_time_threads(), 0);
 
@@ -110,7 +110,7 @@ TEST_F(SessionTest, RaisesItsThreadsMeasuresThemAndLeavesNoLevelBehind) {
   // That what is predicted is what happens is checked to the nanosecond in virtual time (simulation_api_test.cpp,
   // WhatIsPredictedIsWhatHappens, with the app of this test). Here it is only looked whether the real clock and real
   // threads come to figures of the same kind. Below the costs that are burnt neither figure can be; a wrong unit, a
-  // clock that stands or a chain that is hardly served is beyond the factor above, a busy machine is not.
+  // clock that stands or a chain that is hardly served is beyond `kGenerous`, a busy machine is not.
   constexpr double kNoLoadAtAll = 15.0 + 15.0;
   constexpr double kGenerous = 10.0;
   const double predicted = snapshot.chains[0].predicted_response_ms.value_or(0.0);
