@@ -87,6 +87,7 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
       warm_from_(TimePoint{} + options.warm_up),
       clocks_(clocks_of(app, options)),
       nodes_(app.graph.nodes().size()),
+      news_(nodes_.size()),
       idlers_(nodes_.size()),
       inputs_(nodes_.size()),
       exclusions_(app.exclusive.size()),
@@ -111,8 +112,9 @@ void Machine::add_nodes() {
     nodes_[index].outputs_per_run = 1.0 / samples_.runs_per_output(NodeId(index));
     nodes_[index].outputs_owed = 1.0 - nodes_[index].outputs_per_run;
     if (samples_.has_batches(NodeId(index))) add_queues(NodeId(index));
-    if (samples_.idle(NodeId(index)).part > 0.0) add_idler(NodeId(index));
-    if (app_.graph.awaits_input(NodeId(index))) add_input(NodeId(index));
+    if (samples_.idle(NodeId(index)).part > 0.0) idlers_[index].emplace().idle = samples_.idle(NodeId(index));
+    if (app_.graph.awaits_input(NodeId(index))) inputs_[index].emplace();
+    if (idlers_[index] || inputs_[index]) add_news(NodeId(index));
     if (!described.unscheduled) continue;
     unscheduled_of_node_[index] = unscheduled_.size();
     unscheduled_.push_back({.node = NodeId(index),
@@ -134,11 +136,10 @@ void Machine::add_queues(NodeId id) {
   }
 }
 
-void Machine::add_idler(NodeId id) {
-  Idler& idler = idlers_[id.index()].emplace();
-  idler.idle = samples_.idle(id);
+void Machine::add_news(NodeId id) {
+  News& news = news_[id.index()].emplace();
   for (const NodeId from : app_.graph.node(id).predecessors) {
-    if (app_.graph.node(from).is_external_clock()) idler.clocks.push_back(from);
+    if (app_.graph.node(from).is_external_clock()) news.add_clock(from);
     nodes_[from.index()].tells.push_back(id.index());
   }
 }
@@ -269,8 +270,10 @@ Nanos Machine::begin_run(NodeId id, int core) {
   Node& node = nodes_[id.index()];
   lineage_.begin(id, now_);
   if (log_) log_->begin(id, now_);
-  begin_with_input(id);
-  if (idlers_[id.index()] && begin_idle(*idlers_[id.index()])) {
+  std::optional<News>& news = news_[id.index()];
+  const bool is_new = news && news->any(now_, clocks_);
+  if (news) news->begin_run(now_);
+  if (idlers_[id.index()] && begin_idle(*idlers_[id.index()], is_new)) {
     return to_nanos(idlers_[id.index()]->idle.cost) + options_.overheads.run + options_.overheads.context_switch;
   }
   node.wait = samples_.wait(id, node.runs);
@@ -280,12 +283,9 @@ Nanos Machine::begin_run(NodeId id, int core) {
 }
 
 // Whether the run that begins is idle. Of those that find nothing new, so many are, evenly.
-bool Machine::begin_idle(Idler& idler) const {
-  const TimePoint before = std::exchange(idler.last_begin, now_);
-  idler.is_new = std::exchange(idler.found, false) ||
-                 std::any_of(idler.clocks.begin(), idler.clocks.end(),
-                             [&](NodeId clock) { return clocks_[clock.index()].last(now_) > before; });
-  idler.is_idle = !idler.is_new && is_turn(idler.owed, idler.idle.part);
+bool Machine::begin_idle(Idler& idler, bool is_new) {
+  idler.is_new = is_new;
+  idler.is_idle = !is_new && is_turn(idler.owed, idler.idle.part);
   return idler.is_idle;
 }
 
@@ -337,7 +337,7 @@ bool Machine::end_run(NodeId id) {
   if (log_) log_->end(id, now_, emitted);
   if (!emitted) return false;
   for (const std::size_t told : nodes_[id.index()].tells) {
-    if (idlers_[told]) idlers_[told]->found = true;
+    news_[told]->came();
     input_came(NodeId(told));
   }
   for (const std::size_t queue : nodes_[id.index()].feeds)

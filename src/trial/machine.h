@@ -36,6 +36,7 @@
 #include "graph/app.h"
 #include "trial/cores.h"
 #include "trial/lineage.h"
+#include "trial/news.h"
 #include "trial/run_log.h"
 #include "trial/samples.h"
 #include "trial/schedule.h"
@@ -68,22 +69,16 @@ class Machine {
     double outputs_owed = 0.0;        // of these, by the runs since the last one
     std::vector<std::size_t> queues;  // that it takes batches from, where they cost something
     std::vector<std::size_t> feeds;   // such queues that its outputs go to
-    std::vector<std::size_t> tells;   // nodes that wait, or do something else, where they find nothing new
+    std::vector<std::size_t> tells;   // nodes of which it is kept whether there is news
   };
   // Of a node whose runs await input (graph::Graph::awaits_input()).
   struct Input {
-    std::vector<NodeId> clocks;  // of external nodes that feed it
-    bool found = false;          // something new has come since its last run began
-    TimePoint last_begin = TimePoint::min();
     std::optional<Job> waiting;  // its run, triggered without
   };
   // Of a node that does something else where it finds nothing new.
   struct Idler {
     model::IdleRuns idle;
-    std::vector<NodeId> clocks;  // of external nodes that feed it
-    double owed = 0.0;           // idle runs, by those that found nothing new since the last one
-    bool found = false;          // something new has come since its last run began
-    TimePoint last_begin = TimePoint::min();
+    double owed = 0.0;  // idle runs, by those that found nothing new since the last one
     // Of the run under way.
     bool is_idle = false;
     bool is_new = true;
@@ -163,8 +158,7 @@ class Machine {
 
   void add_nodes();
   void add_queues(NodeId node);
-  void add_idler(NodeId node);
-  void add_input(NodeId node);
+  void add_news(NodeId node);
   void add_subchains();
   void add_pipelines();
   void start();
@@ -180,7 +174,7 @@ class Machine {
   Nanos begin_job(Job job, int core);
   Nanos begin_run(NodeId node, int core);
   std::size_t take_batch(Node& node);
-  bool begin_idle(Idler& idler) const;
+  static bool begin_idle(Idler& idler, bool is_new);
   bool emits(NodeId node);
   Nanos until_wait(NodeId node, Nanos work);
   Nanos rest_of_run(NodeId node);
@@ -198,7 +192,6 @@ class Machine {
   bool lacks_input(NodeId node) const;
   bool lacks_input(Job job) const;
   void await_input(Job job);
-  void begin_with_input(NodeId node);
   void input_came(NodeId node);
 
   // --- Exclusive groups ---
@@ -246,6 +239,7 @@ class Machine {
   TimePoint warm_from_;
   std::vector<Ticks> clocks_;  // by NodeId
   std::vector<Node> nodes_;
+  std::vector<std::optional<News>> news_;     // by NodeId; of idlers, and of nodes whose runs await input
   std::vector<std::optional<Idler>> idlers_;  // by NodeId
   std::vector<std::optional<Input>> inputs_;  // by NodeId
   std::vector<std::size_t> queues_;           // outputs that wait in each
