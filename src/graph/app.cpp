@@ -54,6 +54,17 @@ bool Graph::awaits_input(NodeId id) const {
                       [&](NodeId from) { return node(from).external && !node(from).is_external_clock(); });
 }
 
+Nanos Graph::output_period_up_to(NodeId id) const {
+  const std::optional<SubchainId> of = node(id).subchain;
+  if (!of) return node(id).output_period.value_or(Nanos{0});
+  Nanos longest{0};
+  for (const NodeId each : subchain(*of).nodes) {
+    longest = std::max(longest, node(each).output_period.value_or(Nanos{0}));
+    if (each == id) break;
+  }
+  return longest;
+}
+
 Graph Graph::needing_input(std::span<const NodeId> needing) const {
   Graph graph = *this;
   for (Node& each : graph.nodes_) each.needs_input = false;

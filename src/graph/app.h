@@ -135,6 +135,10 @@ class Graph {
   // time.
   bool awaits_input(NodeId id) const;
 
+  // The longest output period of the nodes of its subchain up to it: no two of its outputs are closer together, since a
+  // run of it follows outputs of those before. Of a node in no subchain its own. 0: none has any.
+  Nanos output_period_up_to(NodeId id) const;
+
   // All nodes, predecessors before successors; ties in the order written.
   std::span<const NodeId> topological_order() const { return topological_; }
 

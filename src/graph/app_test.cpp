@@ -140,6 +140,24 @@ TEST(App, OrdersSlotsByTheHeavierChainWhereTwoDisagree) {
   }
 }
 
+TEST(Graph, OutputsAreAsFarApartAsAnyBeforeThemInTheSubchain) {
+  AppSpec spec = spec_of({"imu", "a", "b", "c", "other"}, {"imu a b c other"});
+  spec.subchains = {subchain("line", "a b c")};
+  node(spec, "imu").unscheduled = true;
+  node(spec, "imu").period = At<Nanos>{5ms, {}};
+  node(spec, "imu").output_period = At<Nanos>{20ms, {}};
+  node(spec, "b").output_period = At<Nanos>{50ms, {}};
+  node(spec, "c").output_period = At<Nanos>{30ms, {}};
+  spec.objective = {response("a b c other", 1.0)};
+  const Graph graph = build_app(spec).value().graph;
+  const auto period = [&](const char* name) { return graph.output_period_up_to(*graph.find_node(name)); };
+  EXPECT_EQ(period("imu"), 20ms);
+  EXPECT_EQ(period("a"), 0ms) << "what comes later is not its own";
+  EXPECT_EQ(period("b"), 50ms);
+  EXPECT_EQ(period("c"), 50ms) << "it runs no more often than b emits";
+  EXPECT_EQ(period("other"), 0ms) << "of another subchain";
+}
+
 // A camera with a clock, one without; image is fed by the first, other by both, alone by nobody.
 TEST(Graph, WhoNeedsInputAwaitsItWhereItIsKnownWhenItComes) {
   AppSpec spec = spec_of({"camera", "file", "image", "other", "alone", "free"},

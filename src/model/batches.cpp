@@ -9,15 +9,6 @@ namespace {
 // Two periods in whose ratio there is no more than this of rounding are in a whole ratio.
 constexpr double kRounding = 1e-9;
 
-Millis longest_output_period(const graph::Graph& graph, const graph::Subchain& subchain, NodeId last) {
-  Millis longest{0};
-  for (const NodeId node : subchain.nodes) {
-    longest = std::max(longest, to_millis(graph.node(node).output_period.value_or(Nanos{0})));
-    if (node == last) break;
-  }
-  return longest;
-}
-
 double no_more_than_fit(double items) { return std::min(items, kMaxItems); }
 
 }  // namespace
@@ -44,9 +35,8 @@ std::vector<BatchInput> batch_inputs(const graph::Graph& graph, const CostTable&
     input.subchain = giver.subchain;
     input.one_a_run = own && giver.subchain == own;
     if (giver.subchain) {
-      const graph::Subchain& subchain = graph.subchain(*giver.subchain);
-      input.output_period = longest_output_period(graph, subchain, from);
-      input.runs_per_output = costs.runs_per_output(subchain, from);
+      input.output_period = to_millis(graph.output_period_up_to(from));
+      input.runs_per_output = costs.runs_per_output(graph.subchain(*giver.subchain), from);
     } else {
       input.apart = to_millis(giver.outputs_apart());
       input.runs_per_output = costs.runs_per_output(from);

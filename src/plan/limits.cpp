@@ -41,12 +41,8 @@ std::vector<UsefulPeriod> useful_periods(const graph::Graph& graph) {
     const graph::Node& node = graph.node(id);
     if (node.external) return to_millis(*node.period);
     if (!node.subchain) return to_millis(node.outputs_apart());
-    Millis apart = std::max(period_limits(graph, *node.subchain).min, useful[node.subchain->index()].min);
-    for (const NodeId before : graph.subchain(*node.subchain).nodes) {
-      apart = std::max(apart, to_millis(graph.node(before).output_period.value_or(Nanos{0})));
-      if (before == id) break;
-    }
-    return apart;
+    return std::max({period_limits(graph, *node.subchain).min, useful[node.subchain->index()].min,
+                     to_millis(graph.output_period_up_to(id))});
   };
   for (const NodeId id : graph.topological_order()) {
     const graph::Node& node = graph.node(id);

@@ -63,11 +63,8 @@ class Analysis {
   Millis outputs_apart(const After& after, Millis runs_apart) const {
     if (const NodeId* const leader = after.node())
       return to_millis(app_.graph.node(*leader).outputs_apart()) * after.every;
-    Millis apart = runs_apart;
-    for (const NodeId node : app_.graph.subchain(*after.subchain()).nodes) {
-      if (const auto& output = app_.graph.node(node).output_period) apart = std::max(apart, to_millis(*output));
-    }
-    return apart * after.every;
+    const NodeId tail = app_.graph.subchain(*after.subchain()).tail();
+    return std::max(runs_apart, to_millis(app_.graph.output_period_up_to(tail))) * after.every;
   }
 
   // So many times as long on average, where not every run of the leader gives an output.

@@ -143,13 +143,8 @@ class Reasons {
     const graph::Node& node = app_.graph.node(id);
     if (node.external) return to_millis(*node.period);
     if (!node.subchain) return to_millis(node.outputs_apart()) * costs_.runs_per_output(id);
-    const graph::Subchain& subchain = app_.graph.subchain(*node.subchain);
-    Millis apart = period(node.subchain->index()) * costs_.runs_per_output(subchain, id);
-    for (const NodeId before : subchain.nodes) {
-      apart = std::max(apart, to_millis(app_.graph.node(before).output_period.value_or(Nanos{0})));
-      if (before == id) break;
-    }
-    return apart;
+    const double runs_per_output = costs_.runs_per_output(app_.graph.subchain(*node.subchain), id);
+    return std::max(period(node.subchain->index()) * runs_per_output, to_millis(app_.graph.output_period_up_to(id)));
   }
 
   void of_pipeline(std::size_t i, Reason& reason) const {
