@@ -246,6 +246,27 @@ TEST_F(SimulationApi, NodesNeedNoFunction) {
   EXPECT_NEAR(static_cast<double>(pushes), 200.0, 1.0);
 }
 
+// What the app file binds them to counts only where programs of ROS run them: there think would wait for look.
+TEST_F(SimulationApi, FunctionsAreCalledAtEachTriggerWhateverHasCome) {
+  write(app_, R"(
+catan: 1
+app: bound
+nodes:
+  look: { fallback_rate: 5Hz }
+  think: { fallback_rate: 50Hz, ros: { node: /thinker, topic: /seen } }
+edges: [ look -> think ]
+objective: [ { response_time: [look, think], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  write(costs_, "look: 2ms\nthink: 2ms\n");
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  int thoughts = 0;
+  simulation->node("think", [&](ctn::Run&) { ++thoughts; });
+  ASSERT_TRUE(simulation->run_for(seconds{4}).ok());
+  EXPECT_NEAR(thoughts, 200, 2);
+}
+
 // Guards: what waited in a queue that was read by a function was counted as never read, and as lost after 4096 values.
 TEST_F(SimulationApi, AQueueThatIsReadLosesNothing) {
   std::string text = kLoop;

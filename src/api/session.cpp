@@ -27,9 +27,8 @@ class Session::Impl {
 };
 
 Result<Session> Session::open(const std::string& app_file, const SessionOptions& options) {
-  Result<graph::App> app = config::load_app(app_file);
+  Result<graph::App> app = config::load_app(app_file, config::RunBy::kFunctions);
   if (!app) return app.error();
-  app->graph = app->graph.needing_input({});  // functions are called at each trigger, whatever has come
   return SessionAccess::open(std::move(*app), options);
 }
 

@@ -164,9 +164,8 @@ class Simulation::Impl {
 };
 
 Result<Simulation> Simulation::open(const std::string& app_file, const SimulationOptions& options) {
-  Result<graph::App> app = config::load_app(app_file);
+  Result<graph::App> app = config::load_app(app_file, config::RunBy::kFunctions);
   if (!app) return app.error();
-  app->graph = app->graph.needing_input({});  // functions are called at each trigger, whatever has come
   Result<config::PartialWorkload> costs = load_costs(options.costs, *app);
   if (!costs) return costs.error();
   Result<api::SimulatedPolicy> policy = api::simulated_policy(options.policy, *app);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <utility>
+#include <vector>
 
 #include "config/app_reader.h"
 #include "config/illixr_binding.h"
@@ -17,7 +18,7 @@
 
 namespace ctn::config {
 
-Result<graph::App> parse_app(std::string_view text, std::string_view file) {
+Result<graph::App> parse_app(std::string_view text, std::string_view file, RunBy run_by) {
   const auto root = parse_yaml(text, file, "docs/app-file.md");
   if (!root) return root.error();
   Problems problems;
@@ -27,23 +28,24 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file) {
   auto app = graph::build_app(spec);
   if (!app) problems.merge(app.error());
   if (problems.empty()) {
-    app->graph = app->graph.needing_input(nodes_needing_input(read_ros_bindings(*root, *app, problems)));
+    const std::vector<RosBinding> bindings = read_ros_bindings(*root, *app, problems);
+    if (run_by == RunBy::kBoundPrograms) app->graph = app->graph.needing_input(nodes_needing_input(bindings));
   }
   if (problems.empty()) static_cast<void>(read_illixr_bindings(*root, *app, problems));
   if (!problems.empty()) return std::move(problems).to_error();
   return app;
 }
 
-Result<graph::App> load_app(const std::string& path) {
-  Result<AppFile> file = load_app_file(path);
+Result<graph::App> load_app(const std::string& path, RunBy run_by) {
+  Result<AppFile> file = load_app_file(path, run_by);
   if (!file) return file.error();
   return std::move(file->app);
 }
 
-Result<AppFile> load_app_file(const std::string& path) {
+Result<AppFile> load_app_file(const std::string& path, RunBy run_by) {
   Result<std::string> text = read_text(path);
   if (!text) return text.error();
-  Result<graph::App> app = parse_app(*text, path);
+  Result<graph::App> app = parse_app(*text, path, run_by);
   if (!app) return app.error();
   return AppFile{std::move(*text), std::move(*app)};
 }

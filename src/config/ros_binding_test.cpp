@@ -61,6 +61,12 @@ TEST(RosBinding, CallbacksOfTopicsNeedInput) {
   EXPECT_THAT(nodes_needing_input(*bound), testing::ElementsAre(*app.graph.find_node("GP")));
 }
 
+TEST(RosBinding, FunctionsInTheirPlaceNeedNone) {
+  const auto app = parse_app(kRosApp, "app.yaml", RunBy::kFunctions);
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  for (const graph::Node& node : app->graph.nodes()) EXPECT_FALSE(node.needs_input) << node.name;
+}
+
 TEST(RosBinding, ABindFileComesFirst) {
   const graph::App app = ros_app();
   const auto bindings = ros_bindings(kRosApp, "app.yaml", app,

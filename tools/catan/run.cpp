@@ -151,10 +151,9 @@ Status check_combination(const RunOptions& options) {
 
 int run(const RunOptions& options) {
   if (Status possible = check_combination(options); !possible) return report_error(possible.error());
-  auto file = config::load_app_file(options.app);
+  const config::RunBy run_by = options.synthetic.empty() ? config::RunBy::kBoundPrograms : config::RunBy::kFunctions;
+  const auto file = config::load_app_file(options.app, run_by);
   if (!file) return report_error(file.error());
-  // A load that is played is so at each trigger, whatever has come.
-  if (!options.synthetic.empty()) file->app.graph = file->app.graph.needing_input({});
   if (Status fits = options.watched.check(file->app, options.scheduling.flight_recorder_mib); !fits) {
     return report_error(fits.error());
   }
