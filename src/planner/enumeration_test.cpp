@@ -11,6 +11,7 @@
 
 #include "base/numbers.h"
 #include "planner/expected.h"
+#include "planner/scoring.h"
 #include "planner/testing/random_apps.h"
 #include "trial/trial.h"
 

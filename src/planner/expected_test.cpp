@@ -16,6 +16,7 @@
 #include "planner/formulas.h"
 #include "planner/frames.h"
 #include "planner/planner.h"
+#include "planner/scoring.h"
 #include "planner/surrogate.h"
 #include "planner/testing/random_apps.h"
 

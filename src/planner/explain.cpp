@@ -7,6 +7,7 @@
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "planner/planner.h"
+#include "planner/scoring.h"
 
 namespace ctn::planner {
 namespace {

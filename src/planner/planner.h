@@ -8,6 +8,7 @@
 //   frames.h           the plan in frames that is tried beside what the search finds
 //   schedule_search.h  the search, by formulas of means (surrogate.h) and trials (trial/trial.h)
 //   moves.h            its steps
+//   scoring.h          what a trial says of a schedule, and by what schedules are compared
 //   pipelines.h        several cores for one subchain
 //   explain.h          why a plan is as it is, by planning again
 //

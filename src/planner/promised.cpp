@@ -15,6 +15,7 @@
 #include "plan/validate.h"
 #include "planner/moves.h"
 #include "planner/pipelines.h"
+#include "planner/scoring.h"
 
 namespace ctn::planner {
 namespace {

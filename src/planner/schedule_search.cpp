@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "model/portable_math.h"
-#include "plan/limits.h"
 #include "planner/clock_phases.h"
 
 namespace ctn::planner {
@@ -14,8 +13,6 @@ namespace {
 
 using trial::Place;
 using trial::Schedule;
-
-constexpr double kOverload = 1e9;
 
 constexpr std::size_t kCandidates = 5;
 // To try them all again would use up the time in which others could be found.
@@ -74,57 +71,10 @@ Nanos work_of_trial(const trial::Figures& figures) {
 // as much too late, and runs take now and then more than they did.
 constexpr Nanos kBeforeTicks = std::chrono::microseconds{30};
 
-// A core that is used for more than this part of what the slack leaves is nearly full; what it adds to the score if no
-// such core has a gap of its own.
-constexpr double kNearlyFull = 0.95;
-constexpr double kGapWeight = 0.015;
-// So much worse are frames in which runs that need input come more often than there is some: of two schedules that are
-// as good, the one without slots in which nothing but a message is waited for. In a trial such runs come up to 2 % too
-// often, since clocks of others slide through all phases there.
-constexpr double kWaitingInSlots = 0.04;
-
-// By the system's clock, or by outputs of one that does.
-bool keeps_to_grid(const Schedule& schedule, const Place& place) {
-  const Place* by = &place;
-  while (by->after) {
-    const SubchainId* const leader = by->after->subchain();
-    if (leader == nullptr) return false;
-    by = &schedule.subchains[leader->index()];
-  }
-  return by->form == trial::Form::kPriority && !by->pause && !by->clock;
-}
-
-// By core. A pipeline's runs may use any of its cores, and so may those that are to have what it leaves: each of them
-// is as busy as all are on average.
-std::vector<double> load(const Schedule& schedule, const trial::Figures& figures) {
-  std::vector<double> load = figures.busy;
-  for (const trial::Pipeline& pipeline : schedule.pipelines) {
-    double sum = 0.0;
-    for (const int core : pipeline.cores) sum += figures.busy[static_cast<std::size_t>(core)];
-    const double mean = sum / static_cast<double>(pipeline.cores.size());
-    for (const int core : pipeline.cores) load[static_cast<std::size_t>(core)] = mean;
-  }
-  return load;
-}
-
 }  // namespace
 
-std::vector<double> tail_weights(const graph::App& app) {
-  std::vector<double> weights(app.objective.size(), kTailWeight);
-  std::optional<std::size_t> heaviest;
-  for (std::size_t term = 0; term < app.objective.size(); ++term) {
-    if (app.objective[term].metric != graph::Metric::kResponseTime) continue;
-    if (!heaviest || app.objective[term].weight > app.objective[*heaviest].weight) heaviest = term;
-  }
-  if (heaviest) weights[*heaviest] = kHeaviestTailWeight;
-  return weights;
-}
-
 ScheduleSearch::ScheduleSearch(const graph::App& app, const Setting& setting)
-    : app_(app), setting_(setting), random_(setting.seed), tail_weights_(tail_weights(app)) {
-  const std::vector<plan::UsefulPeriod> useful = plan::useful_periods(app.graph);
-  limits_input_ = std::any_of(useful.begin(), useful.end(), [](const auto& each) { return each.min > Millis{0}; });
-}
+    : app_(app), setting_(setting), random_(setting.seed), scoring_(app, setting.slack) {}
 
 void ScheduleSearch::know_clocks(std::vector<NodeId> clocks) {
   if (clocks_ == clocks) return;
@@ -320,7 +270,7 @@ double ScheduleSearch::guessed_score(Schedule& schedule, double limit) {
   if (estimate->load > 1.0) return kOverload * estimate->load;
   if (estimate->objective > limit) return kInfinity;
   if (estimate->exact_missed || !estimate->promised) return kOverload;
-  return relaxed_score(scored_for_gaps(estimate->objective, schedule, guessed_load(schedule)), estimate->relax);
+  return relaxed_score(Scoring::with_gaps(estimate->objective, schedule, guessed_load(schedule)), estimate->relax);
 }
 
 // By core, as a part of what the slack leaves; by the formulas of the schedule that was asked about last.
@@ -407,86 +357,34 @@ trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Option
   return figures;
 }
 
-// Of the core that is used most, as a part of what a core may be used for.
-double ScheduleSearch::fullest(const Schedule& schedule, const trial::Figures& figures) const {
-  const std::vector<double> used = load(schedule, figures);
-  return *std::max_element(used.begin(), used.end()) / (1.0 - setting_.slack + kLoadTolerance);
-}
-
-double ScheduleSearch::overload(const Schedule& schedule, const trial::Figures& figures) const {
-  double overload = 0.0;
-  for (const double busy : load(schedule, figures)) {
-    overload += std::max(0.0, busy - (1.0 - setting_.slack) - kLoadTolerance);
-  }
-  return overload;
-}
-
-double ScheduleSearch::scored_for_gaps(double score, const Schedule& schedule, const std::vector<double>& used) const {
-  std::vector<const Place*> lowest(static_cast<std::size_t>(schedule.cores), nullptr);
-  for (const Place& place : schedule.subchains) {
-    if (place.form != trial::Form::kPriority) continue;
-    const Place*& at = lowest[static_cast<std::size_t>(place.core)];
-    if (at == nullptr || place.priority < at->priority) at = &place;
-  }
-  std::size_t without = 0;
-  for (std::size_t core = 0; core < lowest.size(); ++core) {
-    if (lowest[core] == nullptr || used[core] <= kNearlyFull) continue;
-    if (keeps_to_grid(schedule, *lowest[core])) ++without;
-  }
-  return score * (1.0 + kGapWeight * static_cast<double>(without) / static_cast<double>(schedule.cores));
-}
-
-// Means, and something for tails.
-double ScheduleSearch::weighted(const trial::Figures& figures) const {
-  double score = figures.objective;
-  for (std::size_t term = 0; term < figures.terms.size(); ++term) {
-    score += tail_weights_[term] * app_.objective[term].weight * figures.terms[term].p95_ms;
-  }
-  return score;
-}
-
-// Without bounds.
-double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
-  std::vector<double> used = load(schedule, figures);
-  for (double& of_core : used) of_core /= 1.0 - setting_.slack;
-  const double waiting = limits_input_ && !schedule.frames.empty() ? kWaitingInSlots : 0.0;
-  return scored_for_gaps(weighted(figures) * (1.0 + waiting), schedule, used) + kOverload * overload(schedule, figures);
-}
-
-// What bounds make of it. Of frames the surrogate knows nothing.
-double ScheduleSearch::bounded_score(const Candidate& candidate, double score) {
-  if (fixed(candidate)) return relaxed_score(score, candidate.relax.value_or(1.0));
-  const std::optional<Estimate> estimate = costs_->surrogate(candidate.schedule);
-  if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * kOverload;
-  return relaxed_score(score, estimate->relax);
+double ScheduleSearch::bounded(const Candidate& candidate, double score) {
+  return bounded_score(costs_->surrogate, candidate.schedule, candidate.relax, score);
 }
 
 double ScheduleSearch::glance(const Candidate& candidate) {
   if (horizon_ == Nanos{0}) set_horizon(candidate.schedule);
   const trial::Figures figures =
       run_trial(candidate.schedule, {.horizon = horizon_ / kGlance, .warm_up = horizon_ / (2 * kGlance), .p95 = true});
-  // A core is full or not by luck in so short a time: as if all were slower by as much.
-  return bounded_score(candidate, weighted(figures) * (1.0 + overload(candidate.schedule, figures)));
+  return bounded(candidate, scoring_.at_a_glance(candidate.schedule, figures));
 }
 
 double ScheduleSearch::try_first(Candidate& candidate) {
   const trial::Figures figures = try_out(candidate.schedule, {.before_ticks = kBeforeTicks});
-  const double fullest_core = fullest(candidate.schedule, figures);
+  const CoreUse used = scoring_.use(candidate.schedule, figures);
   candidate.tried = false;
-  candidate.unbounded = unbounded_score(candidate.schedule, figures);
-  candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
+  candidate.unbounded = scoring_.unbounded(candidate.schedule, figures, used);
+  candidate.first_score = candidate.score = bounded(candidate, candidate.unbounded);
   candidate.factors.clear();
-  if (fixed(candidate)) return fullest_core;
-  const double found_fullest = fullest_core * (1.0 - setting_.slack + kLoadTolerance) / (1.0 - setting_.slack);
+  if (fixed(candidate)) return used.fullest;
+  const double found_fullest = used.fullest * (1.0 - setting_.slack + kLoadTolerance) / (1.0 - setting_.slack);
   const double guessed_fullest = costs_->surrogate.fullest();
   candidate.load_factor =
       guessed_fullest > 0.0 ? std::clamp(found_fullest / guessed_fullest, 1.0 / kMaxLoadFactor, kMaxLoadFactor) : 1.0;
   const std::vector<double>& guessed = costs_->surrogate.terms();
   for (std::size_t term = 0; term < figures.terms.size() && term < guessed.size(); ++term) {
-    const double found = figures.terms[term].mean_ms + tail_weights_[term] * figures.terms[term].p95_ms;
-    candidate.factors.push_back(guessed[term] > 0.0 ? found / guessed[term] : 1.0);
+    candidate.factors.push_back(guessed[term] > 0.0 ? scoring_.of_term(figures, term) / guessed[term] : 1.0);
   }
-  return fullest_core;
+  return used.fullest;
 }
 
 double ScheduleSearch::try_again(Candidate& candidate) {
@@ -496,11 +394,12 @@ double ScheduleSearch::try_again(Candidate& candidate) {
     options.clocks = earlier_by(options.since, phases_);
   }
   const trial::Figures figures = try_out(candidate.schedule, options);
-  const double second = unbounded_score(candidate.schedule, figures);
+  const CoreUse used = scoring_.use(candidate.schedule, figures);
+  const double second = scoring_.unbounded(candidate.schedule, figures, used);
   candidate.unbounded = (candidate.unbounded + second) / 2.0;
-  candidate.score = bounded_score(candidate, candidate.unbounded);
+  candidate.score = bounded(candidate, candidate.unbounded);
   candidate.tried = true;
-  return fullest(candidate.schedule, figures);
+  return used.fullest;
 }
 
 // A little more load than there is makes a good schedule worth nothing; a little slower it is as good. It is slowed by

@@ -14,16 +14,11 @@
 //   best()      What was found. expected() tries one once more.
 // Schedules with frames can be put beside those that it finds; it tries them and leaves them as they are.
 //
-// What is compared (score): the weighted sum of means; more where bounds are not kept as promised, for each part by
-// which they would have to be relaxed; more for a tail far from the mean; and a core that is used beyond what the slack
-// leaves is worse than anything. A little more, too, where a core is nearly full and its lowest subchain keeps to a
-// grid of the system's clock: what the kernel holds up there (for ordinary threads, which it does not let starve) is
-// made up for without a gap, in which ordinary threads starve again. A pause after each run ends that, and no trial
-// shows it. All candidates are tried with the same cost draws, so that two differ by what they do and not by luck; in
-// two trials with different draws, hours apart, so that none is made for one sequence of them or for phases that do not
-// last; and what is expected of the best comes from a third, or it would always look better than it is. Where it is
-// known when clocks tick, and they keep their phases for long, the second trial is of the phases that they have, and
-// the first of all.
+// What is compared is what trials say of a schedule (scoring.h). All candidates are tried with the same cost draws, so
+// that two differ by what they do and not by luck; in two trials with different draws, hours apart, so that none is
+// made for one sequence of them or for phases that do not last; and what is expected of the best comes from a third, or
+// it would always look better than it is. Where it is known when clocks tick, and they keep their phases for long, the
+// second trial is of the phases that they have, and the first of all.
 //
 // Nothing is proven of the result but its promises, which plan/promise.h computes. The same calls give the same answers
 // on every machine: work is counted in steps and events, and said as the CPU time that these take on an ordinary one.
@@ -44,6 +39,7 @@
 #include "graph/app.h"
 #include "model/cost.h"
 #include "planner/moves.h"
+#include "planner/scoring.h"
 #include "planner/surrogate.h"
 #include "trial/samples.h"
 #include "trial/schedule.h"
@@ -63,19 +59,6 @@ struct Expected {
   trial::Figures figures;  // with p95
   Nanos horizon{0};
 };
-
-// What a term's 95th percentile counts, as a part of what its mean does: a mean of many good runs hides the ones that
-// take ten times as long, which a robot does not forgive. It counts most in the response time that weighs most.
-constexpr double kTailWeight = 0.05;
-constexpr double kHeaviestTailWeight = 0.7;
-std::vector<double> tail_weights(const graph::App& app);  // by term
-
-// A core may be used for so much more than what the slack leaves before it counts: luck of the draws.
-constexpr double kLoadTolerance = 0.005;
-
-// What a bound that has to be relaxed by all of itself adds to the score, as a multiple of the objective.
-constexpr double kBoundWeight = 5.0;
-inline double relaxed_score(double score, double relax) { return score * (1.0 + kBoundWeight * (relax - 1.0)); }
 
 // By how much periods may be longer so that a schedule holds at new costs, as promised; the first that helps.
 inline constexpr std::array kSlowedBy{1.0, 1.05, 1.1, 1.2, 1.35, 1.5, 2.0};
@@ -180,19 +163,12 @@ class ScheduleSearch {
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
   void keep(Candidate candidate);
 
-  double fullest(const trial::Schedule& schedule, const trial::Figures& figures) const;
-  double overload(const trial::Schedule& schedule, const trial::Figures& figures) const;
-  // More by the part of all cores that are nearly full and have no gap of their own. `used`: by core, as a part of what
-  // the slack leaves.
-  double scored_for_gaps(double score, const trial::Schedule& schedule, const std::vector<double>& used) const;
-  double weighted(const trial::Figures& figures) const;
-  double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
-  double bounded_score(const Candidate& candidate, double score);
+  double bounded(const Candidate& candidate, double score);
   trial::Figures run_trial(const trial::Schedule& schedule, trial::Options options);
   trial::Figures try_out(const trial::Schedule& schedule, trial::Options options);
   double glance(const Candidate& candidate);
   bool is_hopeless(const Candidate& candidate) const;
-  // How full the fullest core is; above 1: used for more than the slack leaves.
+  // How full the fullest core is (CoreUse::fullest).
   double try_first(Candidate& candidate);
   double try_again(Candidate& candidate);
   void try_whole(Candidate& candidate);
@@ -206,8 +182,7 @@ class ScheduleSearch {
   Setting setting_;
   Random random_;
   std::unique_ptr<Costs> costs_;
-  std::vector<double> tail_weights_;  // by term
-  bool limits_input_ = false;         // how often some subchain has something to do, since its runs need input
+  Scoring scoring_;
   std::optional<Moves> moves_;
   std::vector<NodeId> clocks_;
   std::vector<Ticks> phases_;          // that are tried; none: all of them

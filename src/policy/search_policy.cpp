@@ -15,6 +15,7 @@
 #include "planner/frames.h"
 #include "planner/promised.h"
 #include "planner/schedule_search.h"
+#include "planner/scoring.h"
 #include "policy/replan.h"
 #include "trial/schedule.h"
 #include "trial/trial.h"
