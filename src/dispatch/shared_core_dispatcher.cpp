@@ -267,7 +267,8 @@ void SharedCoreDispatcher::swap_schedule(SharedCoreSchedule&& schedule) {
 
 void SharedCoreDispatcher::release(const SharedCoreMember& member) {
   if (!member.present()) return;
-  if (member.level != Level::kOrdinary) decision_.levels.push_back({member.slot().subchain, Level::kOrdinary});
+  if (member.level != MemberLevel::kOrdinary)
+    decision_.levels.push_back({member.slot().subchain, MemberLevel::kOrdinary});
   decision_.released.push_back({member.slot().subchain, member.state()});
 }
 
@@ -288,12 +289,12 @@ std::optional<RunState> SharedCoreDispatcher::take_waiting(SubchainId subchain) 
 
 // --- What the driver is told ---
 
-Level SharedCoreDispatcher::target_level(const SharedCoreMember& member, bool active) const {
-  if (active) return Level::kActive;
-  if (member.hanging()) return Level::kOrdinary;
+MemberLevel SharedCoreDispatcher::target_level(const SharedCoreMember& member, bool active) const {
+  if (active) return MemberLevel::kActive;
+  if (member.hanging()) return MemberLevel::kOrdinary;
   // In the slack only runs under way have to be lowered; members without one may stay lowered.
-  const bool lowered = phase_ == Phase::kSlack && (member.under_way() || member.level == Level::kOrdinary);
-  return lowered ? Level::kOrdinary : Level::kBackground;
+  const bool lowered = phase_ == Phase::kSlack && (member.under_way() || member.level == MemberLevel::kOrdinary);
+  return lowered ? MemberLevel::kOrdinary : MemberLevel::kBackground;
 }
 
 void SharedCoreDispatcher::update_levels() {
@@ -302,19 +303,19 @@ void SharedCoreDispatcher::update_levels() {
   for (std::size_t index = 0; index < members_.size(); ++index) {
     SharedCoreMember& member = members_[index];
     if (!member.present()) continue;
-    const Level level = target_level(member, index == active);
+    const MemberLevel level = target_level(member, index == active);
     if (level < member.level) change_level(member, level);
     any_rises = any_rises || level > member.level;
   }
   for (std::size_t index = 0; any_rises && index < members_.size(); ++index) {
     SharedCoreMember& member = members_[index];
     if (!member.present()) continue;
-    const Level level = target_level(member, index == active);
+    const MemberLevel level = target_level(member, index == active);
     if (level > member.level) change_level(member, level);
   }
 }
 
-void SharedCoreDispatcher::change_level(SharedCoreMember& member, Level level) {
+void SharedCoreDispatcher::change_level(SharedCoreMember& member, MemberLevel level) {
   member.level = level;
   decision_.levels.push_back({member.slot().subchain, level});
 }

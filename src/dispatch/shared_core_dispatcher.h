@@ -66,7 +66,7 @@ class SharedCoreDispatcher {
 
   struct LevelChange {
     SubchainId subchain;
-    Level level = Level::kOrdinary;
+    MemberLevel level = MemberLevel::kOrdinary;
   };
   struct Trigger {
     SubchainId subchain;
@@ -153,9 +153,9 @@ class SharedCoreDispatcher {
   void release_waiting();
   std::optional<RunState> take_waiting(SubchainId subchain);
 
-  Level target_level(const SharedCoreMember& member, bool active) const;
+  MemberLevel target_level(const SharedCoreMember& member, bool active) const;
   void update_levels();
-  void change_level(SharedCoreMember& member, Level level);
+  void change_level(SharedCoreMember& member, MemberLevel level);
   TimePoint next_event() const;
   void plan_next_call();
 

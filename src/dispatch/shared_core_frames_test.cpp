@@ -181,7 +181,7 @@ TEST(FixedFrames, ASlotThatIsOverBeforeItWasLookedAtHasItsTriggerSent) {
   ASSERT_THAT(late.triggers, SizeIs(3));
   ASSERT_THAT(late.levels, SizeIs(3));
   EXPECT_EQ(late.levels[2].subchain, SubchainId(2));
-  EXPECT_EQ(late.levels[2].level, Level::kActive);
+  EXPECT_EQ(late.levels[2].level, MemberLevel::kActive);
   EXPECT_THAT(late.steals, IsEmpty());
 }
 
@@ -304,7 +304,7 @@ TEST(SharedCore, WithAnEmptyScheduleItLeavesEverybodyOrdinaryAndTriggersNothing)
   core.change_schedule({});
   core.run_until(at(ms(100)));
   EXPECT_THAT(core.released, SizeIs(2));
-  for (const auto& [subchain, what] : core.released) EXPECT_EQ(what.second.level, Level::kOrdinary);
+  for (const auto& [subchain, what] : core.released) EXPECT_EQ(what.second.level, MemberLevel::kOrdinary);
   const auto& decision = core.dispatcher.step(at(ms(100)), {});
   EXPECT_EQ(decision.ask_at, kNever);
   EXPECT_THAT(decision.triggers, IsEmpty());

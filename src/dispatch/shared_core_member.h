@@ -28,8 +28,8 @@ struct RunState {
   friend bool operator==(const RunState&, const RunState&) = default;
 };
 
-// Of a subchain on a shared core: each level pre-empts all before it.
-enum class Level { kOrdinary, kBackground, kActive };
+// Of a subchain on a shared core: each level pre-empts all before it. What they are for threads: policy/levels.h.
+enum class MemberLevel { kOrdinary, kBackground, kActive };
 
 class SharedCoreMember {
  public:
@@ -70,7 +70,7 @@ class SharedCoreMember {
   void restart_watch(TimePoint now) { watched_since_ = now; }
   TimePoint hang_at() const;  // when the run under way will be taken to hang; kNever: not to be watched for
 
-  Level level = Level::kOrdinary;
+  MemberLevel level = MemberLevel::kOrdinary;
 
  private:
   static constexpr int kStealingEnds = 4;

@@ -161,7 +161,7 @@ RC_GTEST_PROP(SharedCoreProperty, WhoHasWorkHasItsSliceInEveryFrame, ()) {
   for (const auto& steal : core.steals) {
     if (steal.victim == hog && steal.begin >= *first) stolen += steal.end - steal.begin;
   }
-  const Nanos had = core.cpu_time(hog, *first, core.frames.back(), Level::kActive);
+  const Nanos had = core.cpu_time(hog, *first, core.frames.back(), MemberLevel::kActive);
   RC_ASSERT(had + stolen >= slot_of(schedule, hog).slice * frames);
   if (!late) RC_ASSERT(core.frames.back() - *first <= longest_frame(schedule) * frames + kSmallestSlack);
 }
@@ -203,7 +203,8 @@ RC_GTEST_PROP(SharedCoreProperty, NobodyStealsFromAHigherRankNorForLongerThanASl
   for (const auto& steal : core.steals) allowed[steal.thief].all.emplace_back(steal.begin, steal.end);
   for (auto& [subchain, turns] : allowed) std::sort(turns.all.begin(), turns.all.end());
   for (const VirtualCore::Ran& ran : core.trace()) {
-    if (ran.level != Level::kActive || ran.end > core.frames.back()) continue;  // slots that are not over are not told
+    if (ran.level != MemberLevel::kActive || ran.end > core.frames.back())
+      continue;  // slots that are not over are not told
     Turns& turns = allowed[*ran.subchain];
     while (turns.next < turns.all.size() && turns.all[turns.next].second <= ran.begin) ++turns.next;
     Nanos time{0};

@@ -75,7 +75,7 @@ TEST(Swap, WhoLeavesIsReleasedWithItsRunAndAtTheOrdinaryLevel) {
   EXPECT_EQ(subchain, SubchainId(1));
   EXPECT_EQ(what.first.sent, 1U);
   EXPECT_EQ(what.first.completed, 0U);
-  EXPECT_EQ(what.second.level, Level::kOrdinary);
+  EXPECT_EQ(what.second.level, MemberLevel::kOrdinary);
   EXPECT_EQ(core.timeline(), "0:2 1:4 0:14");
 }
 

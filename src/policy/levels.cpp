@@ -6,13 +6,13 @@
 
 namespace ctn::policy {
 
-os::Level to_os(dispatch::Level level) {
+os::Level to_os(dispatch::MemberLevel level) {
   switch (level) {
-    case dispatch::Level::kOrdinary:
+    case dispatch::MemberLevel::kOrdinary:
       return os::Level::kOrdinary;
-    case dispatch::Level::kBackground:
+    case dispatch::MemberLevel::kBackground:
       return os::Level::kBackground;
-    case dispatch::Level::kActive:
+    case dispatch::MemberLevel::kActive:
       return os::Level::kActive;
   }
   return os::Level::kOrdinary;

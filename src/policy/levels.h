@@ -12,7 +12,7 @@
 
 namespace ctn::policy {
 
-os::Level to_os(dispatch::Level level);
+os::Level to_os(dispatch::MemberLevel level);
 
 // Puts nodes that run by themselves above all levels of the decision's assignment, and controllers above these: at the
 // usual levels where it has no fixed priorities. Precondition: the highest rank is below kFixedLevels - 2; those from

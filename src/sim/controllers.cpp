@@ -52,7 +52,8 @@ void Controllers::publish(policy::Assignment assignment) {
 
 void Controllers::set_level(os::Level level) {
   for (std::size_t controller = 0; controller < count(); ++controller) {
-    cpus_.set_level(first_ + static_cast<Cpus::Thread>(controller), real_time_ ? static_cast<Cpus::Level>(level) : 0);
+    cpus_.set_level(first_ + static_cast<Cpus::Thread>(controller),
+                    real_time_ ? static_cast<Cpus::LevelNumber>(level) : 0);
   }
 }
 

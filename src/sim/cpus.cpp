@@ -124,7 +124,7 @@ void Cpus::reschedule(int number) {
   if (limit_reached && next != kNoThread && threads_[next].level < kReserved) next = kNoThread;
   if (next == kNoThread) next = best_ordinary(number);
   if (next == kNoThread && cpu.current == kNoThread) next = pull_ordinary(number);
-  const Level level = level_on(cpu);
+  const LevelNumber level = level_on(cpu);
   const bool must_go = limit_reached && level > 0 && level < kReserved;
   if (must_go) ++throttled_;
   if (next != kNoThread && next != cpu.current) {
@@ -276,7 +276,7 @@ void Cpus::take_out_of_queue(Thread thread) {
   }
 }
 
-void Cpus::set_level(Thread thread, Level level) {
+void Cpus::set_level(Thread thread, LevelNumber level) {
   assert(level < kReserved);
   Entity& entity = threads_[thread];
   if (entity.level == level) return;

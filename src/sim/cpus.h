@@ -36,10 +36,10 @@ namespace ctn::sim {
 class Cpus {
  public:
   using Thread = std::uint32_t;
-  // Of os::Level; 0 is ordinary.
-  using Level = int;
+  // The number of an os::Level, and one more: 0 is ordinary, the higher pre-empts the lower.
+  using LevelNumber = int;
   // Of threads with a reservation.
-  static constexpr Level kReserved = static_cast<Level>(os::Level::kDispatcher) + 1 + os::kFixedLevels;
+  static constexpr LevelNumber kReserved = static_cast<LevelNumber>(os::Level::kDispatcher) + 1 + os::kFixedLevels;
 
   // What threads do.
   class Client {
@@ -68,11 +68,11 @@ class Cpus {
   void stop() { stopped_ = true; }
 
   // Ends its reservation, if it has one. Precondition: below kReserved.
-  void set_level(Thread thread, Level level);
+  void set_level(Thread thread, LevelNumber level);
   // In place of a level; what was left of an earlier one is forgotten. Preconditions: 0 < runtime <= period.
   void reserve(Thread thread, Nanos runtime, Nanos period);
   void set_cpus(Thread thread, CpuMask cpus);
-  Level level(Thread thread) const { return threads_[thread].level; }
+  LevelNumber level(Thread thread) const { return threads_[thread].level; }
 
   // A thread that sleeps wakes: some latency from now, depending on the CPU that wakes it (-1: none). One that does
   // not sleep is left alone.
@@ -102,7 +102,7 @@ class Cpus {
   struct Entity {
     CpuMask cpus = CpuMask::only(0);
     bool pinned = true;  // to one CPU
-    Level level = 0;
+    LevelNumber level = 0;
     State state = State::kAsleep;
     bool begun = false;      // since it was woken
     std::int32_t cpu = 0;    // where it runs, waits or ran last
@@ -133,7 +133,7 @@ class Cpus {
 
   EventQueue::Source source_of(Thread thread) const { return static_cast<EventQueue::Source>(cpus_.size()) + thread; }
   void touch(int cpu) { dirty_.add(cpu); }
-  Level level_on(const Cpu& cpu) const { return cpu.current == kNoThread ? -1 : threads_[cpu.current].level; }
+  LevelNumber level_on(const Cpu& cpu) const { return cpu.current == kNoThread ? -1 : threads_[cpu.current].level; }
 
   void cpu_event(int cpu);
   void account(int cpu);

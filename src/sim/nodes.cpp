@@ -233,7 +233,7 @@ bool Nodes::waits_for_group(const Node& node) {
 }
 
 // A thread that others wait for has a higher one until its run has ended.
-void Nodes::set_level_of(Node& node, int helper, Cpus::Level level) {
+void Nodes::set_level_of(Node& node, int helper, Cpus::LevelNumber level) {
   if (helper == 0) node.level = level;
   const Exclusion* const exclusion = helper == 0 ? exclusion_of(node) : nullptr;
   if (exclusion != nullptr && exclusion->holder == node.id.index() && !exclusion->waiting.empty()) {
@@ -246,7 +246,7 @@ void Nodes::set_level_of(Node& node, int helper, Cpus::Level level) {
 void Nodes::raise_holder(const Exclusion& exclusion) {
   const Node& holder = nodes_[*exclusion.holder];
   if (cpus_.level(holder.thread) == Cpus::kReserved) return;
-  Cpus::Level level = holder.level;
+  Cpus::LevelNumber level = holder.level;
   for (const std::size_t waiting : exclusion.waiting) {
     level = std::max(level, std::min(cpus_.level(nodes_[waiting].thread), Cpus::kReserved - 1));
   }

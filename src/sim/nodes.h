@@ -150,7 +150,7 @@ class Nodes {
     std::optional<std::size_t> next;     // in the subchain
     std::vector<std::size_t> followers;  // unscheduled
     Cpus::Thread thread = 0;             // its own; those that help follow
-    Cpus::Level level = 0;               // its own thread's, but for those that wait for it
+    Cpus::LevelNumber level = 0;         // its own thread's, but for those that wait for it
     int helpers = 0;
     std::vector<Input> inputs;
     std::vector<RunAccess::InputEdge> edges;  // by input
@@ -191,7 +191,7 @@ class Nodes {
   bool enter(Node& node);
   void leave(Node& node, int cpu);
   bool waits_for_group(const Node& node);
-  void set_level_of(Node& node, int helper, Cpus::Level level);
+  void set_level_of(Node& node, int helper, Cpus::LevelNumber level);
   void raise_holder(const Exclusion& exclusion);
   bool lacks_input(const Node& node) const;
   bool sleeps_for_input(Node& node);
@@ -214,7 +214,7 @@ class Nodes {
   void give_output(const plan::Leader& leader, int from_cpu);
   void complete(SubchainId subchain, std::uint64_t token, int from_cpu);
   int threads_planned(const Node& node) const;
-  Cpus::Level level_of(os::Level level) const { return real_time_ ? static_cast<Cpus::Level>(level) : 0; }
+  Cpus::LevelNumber level_of(os::Level level) const { return real_time_ ? static_cast<Cpus::LevelNumber>(level) : 0; }
 
   const graph::App& app_;
   const policy::CpuKinds& kinds_;

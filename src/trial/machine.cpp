@@ -57,7 +57,7 @@ std::vector<Rank> ranks_as_planned(const Schedule& schedule) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return places[a].priority < places[b].priority; });
   std::vector<Rank> lower(static_cast<std::size_t>(schedule.cores), Rank{0});
-  std::vector<Rank> ranks(places.size(), static_cast<Rank>(dispatch::Level::kOrdinary));
+  std::vector<Rank> ranks(places.size(), static_cast<Rank>(dispatch::MemberLevel::kOrdinary));
   for (const std::size_t index : order) {
     const Place& place = places[index];
     if (place.form == Form::kPriority) ranks[index] = ++lower[static_cast<std::size_t>(place.core)];

@@ -216,7 +216,7 @@ class Machine {
   int core_for_unscheduled(int last) const;
 
   // --- Cores of frames ---
-  static Rank rank_of(dispatch::Level level) { return static_cast<Rank>(level); }
+  static Rank rank_of(dispatch::MemberLevel level) { return static_cast<Rank>(level); }
   void start_frames();
   void step_frames(int core, WokenBy by);
 

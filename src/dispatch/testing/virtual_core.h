@@ -42,11 +42,11 @@ class VirtualCore {
     std::uint64_t sent = 0;
     std::uint64_t completed = 0;
     Nanos left{0};  // of the run under way
-    Level level = Level::kOrdinary;
+    MemberLevel level = MemberLevel::kOrdinary;
   };
   struct Ran {
     std::optional<SubchainId> subchain;  // none: the ordinary thread
-    Level level = Level::kOrdinary;
+    MemberLevel level = MemberLevel::kOrdinary;
     TimePoint begin{};
     TimePoint end{};
     friend bool operator==(const Ran&, const Ran&) = default;
@@ -76,7 +76,7 @@ class VirtualCore {
   }
 
   void adopt(SubchainId subchain, const RunState& state, const Threads& with) {
-    if (with.level != Level::kOrdinary) throw Breach("a subchain is handed over above the ordinary level");
+    if (with.level != MemberLevel::kOrdinary) throw Breach("a subchain is handed over above the ordinary level");
     threads[subchain] = with;
     dispatcher.adopt(subchain, state);
     call_at_ = now;
@@ -107,7 +107,7 @@ class VirtualCore {
 
   // CPU time in [begin, end), as recorded.
   Nanos cpu_time(std::optional<SubchainId> subchain, TimePoint begin, TimePoint end,
-                 std::optional<Level> level = {}) const {
+                 std::optional<MemberLevel> level = {}) const {
     Nanos sum{0};
     for (const os::FakeCpus::Turn& turn : cpus_.turns()) {
       const Ran ran = ran_in(turn);
@@ -124,7 +124,7 @@ class VirtualCore {
     std::string text;
     for (const Ran& ran : trace()) {
       if (!text.empty()) text += ' ';
-      if (ran.subchain && ran.level == Level::kBackground) text += 'b';
+      if (ran.subchain && ran.level == MemberLevel::kBackground) text += 'b';
       text += ran.subchain ? std::to_string(ran.subchain->index()) : ".";
       std::string length = std::to_string(to_millis(ran.end - ran.begin).count());
       length.erase(length.find_last_not_of('0') + 1);
@@ -159,12 +159,12 @@ class VirtualCore {
     if (thread == kOrdinaryThread) return std::nullopt;
     return SubchainId(static_cast<std::size_t>(static_cast<std::int32_t>(thread) - 1));
   }
-  static os::Level level_of(Level level) {
-    return level == Level::kActive ? os::Level::kActive : os::Level::kBackground;
+  static os::Level level_of(MemberLevel level) {
+    return level == MemberLevel::kActive ? os::Level::kActive : os::Level::kBackground;
   }
-  static Level level_of(os::Level level) {
-    if (level == os::Level::kOrdinary) return Level::kOrdinary;
-    return level == os::Level::kActive ? Level::kActive : Level::kBackground;
+  static MemberLevel level_of(os::Level level) {
+    if (level == os::Level::kOrdinary) return MemberLevel::kOrdinary;
+    return level == os::Level::kActive ? MemberLevel::kActive : MemberLevel::kBackground;
   }
 
   static Ran ran_in(const os::FakeCpus::Turn& turn) {
@@ -175,7 +175,7 @@ class VirtualCore {
   void compete(SubchainId subchain) {
     const Threads& each = threads.at(subchain);
     const os::ThreadId thread = thread_of(subchain);
-    if (each.level == Level::kOrdinary || each.sent == each.completed) {
+    if (each.level == MemberLevel::kOrdinary || each.sent == each.completed) {
       cpus_.remove(thread);
     } else if (cpus_.has(thread)) {
       cpus_.set_level(thread, level_of(each.level));
@@ -228,7 +228,7 @@ class VirtualCore {
       compete(change.subchain);
       ++level_changes;
       const auto active = std::count_if(threads.begin(), threads.end(),
-                                        [](const auto& each) { return each.second.level == Level::kActive; });
+                                        [](const auto& each) { return each.second.level == MemberLevel::kActive; });
       if (active > 1) throw Breach("two subchains are active at once");
     }
     for (const SharedCoreDispatcher::Trigger& trigger : decision.triggers) send(trigger);
