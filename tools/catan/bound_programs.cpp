@@ -22,18 +22,18 @@ constexpr double kAllShouldRun = 10.0;
 
 // --- What programs are told ---
 
-const BoundCallback* find_bound(const std::vector<BoundCallback>& callbacks, NodeId node) {
+const ProgramCallback* find_bound(const std::vector<ProgramCallback>& callbacks, NodeId node) {
   const auto found =
-      std::find_if(callbacks.begin(), callbacks.end(), [&](const BoundCallback& one) { return one.node == node; });
+      std::find_if(callbacks.begin(), callbacks.end(), [&](const ProgramCallback& one) { return one.node == node; });
   return found == callbacks.end() ? nullptr : &*found;
 }
 
 // What the successors of a node take from topics, if all of them do; else nothing: then whatever it publishes counts.
 std::vector<std::string> output_topics(const graph::Graph& graph, NodeId node,
-                                       const std::vector<BoundCallback>& callbacks) {
+                                       const std::vector<ProgramCallback>& callbacks) {
   std::vector<std::string> topics;
   for (const NodeId successor : graph.node(node).successors) {
-    const BoundCallback* const bound = find_bound(callbacks, successor);
+    const ProgramCallback* const bound = find_bound(callbacks, successor);
     if (bound == nullptr || bound->kind != catan_ros::Binding::Kind::kTopic) return {};
     if (std::find(topics.begin(), topics.end(), bound->name) == topics.end()) topics.push_back(bound->name);
   }
@@ -41,18 +41,19 @@ std::vector<std::string> output_topics(const graph::Graph& graph, NodeId node,
 }
 
 // Whether all that take its data are callbacks of the same program.
-bool feeds_own_program(const graph::Graph& graph, const BoundCallback& callback,
-                       const std::vector<BoundCallback>& callbacks) {
+bool feeds_own_program(const graph::Graph& graph, const ProgramCallback& callback,
+                       const std::vector<ProgramCallback>& callbacks) {
   const std::vector<NodeId>& successors = graph.node(callback.node).successors;
   return !successors.empty() && std::all_of(successors.begin(), successors.end(), [&](NodeId successor) {
-    const BoundCallback* const bound = find_bound(callbacks, successor);
+    const ProgramCallback* const bound = find_bound(callbacks, successor);
     return bound != nullptr && bound->program == callback.program;
   });
 }
 
-std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph, const std::vector<BoundCallback>& callbacks) {
+std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph,
+                                              const std::vector<ProgramCallback>& callbacks) {
   std::vector<catan_ros::Binding> told;
-  for (const BoundCallback& callback : callbacks) {
+  for (const ProgramCallback& callback : callbacks) {
     const graph::Node& node = graph.node(callback.node);
     catan_ros::Binding one;
     one.node = node.name;
@@ -96,7 +97,7 @@ class Missing {
   // Twice a second.
   void look(const Snapshot& snapshot) {
     if (++looks_ != static_cast<int>(2.0 * kAllShouldRun)) return;
-    for (const BoundCallback& callback : programs_.callbacks) {
+    for (const ProgramCallback& callback : programs_.callbacks) {
       const std::string& name = graph_.node(callback.node).name;
       const auto node = std::find_if(snapshot.nodes.begin(), snapshot.nodes.end(),
                                      [&](const NodeSnapshot& one) { return one.name == name; });

@@ -35,7 +35,7 @@ struct BoundProgramsOptions {
 };
 
 // A node, and where its callback is to be found.
-struct BoundCallback {
+struct ProgramCallback {
   NodeId node;
   catan_ros::Binding::Kind kind = catan_ros::Binding::Kind::kTopic;
   std::string program;  // a ROS node, a plugin
@@ -46,7 +46,7 @@ struct BoundCallback {
 };
 
 struct BoundPrograms {
-  std::vector<BoundCallback> callbacks;
+  std::vector<ProgramCallback> callbacks;
   std::string bindings_variable;  // of the environment, by which programs are told of them
   std::string missing;            // why a node has not run, with {} for its program
   // What else programs are told, as NAME=VALUE, where the server listens at `socket`, an absolute path.

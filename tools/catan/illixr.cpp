@@ -18,8 +18,8 @@
 namespace ctn::tool {
 namespace {
 
-std::vector<BoundCallback> bound_callbacks(const std::vector<config::IllixrBinding>& bindings) {
-  std::vector<BoundCallback> bound;
+std::vector<ProgramCallback> bound_callbacks(const std::vector<config::IllixrBinding>& bindings) {
+  std::vector<ProgramCallback> bound;
   for (const auto& [node, callback] : bindings) {
     const bool is_loop = callback.topic.empty();
     bound.push_back({node, is_loop ? catan_ros::Binding::Kind::kLoop : catan_ros::Binding::Kind::kTopic,

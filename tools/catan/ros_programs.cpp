@@ -24,8 +24,8 @@ catan_ros::Binding::Kind bound_kind(config::RosCallback::Kind kind) {
   return catan_ros::Binding::Kind::kService;
 }
 
-std::vector<BoundCallback> bound_ros_callbacks(const std::vector<config::RosBinding>& bindings) {
-  std::vector<BoundCallback> bound;
+std::vector<ProgramCallback> bound_ros_callbacks(const std::vector<config::RosBinding>& bindings) {
+  std::vector<ProgramCallback> bound;
   for (const auto& [node, callback] : bindings) {
     bound.push_back({node, bound_kind(callback.kind), callback.node, callback.name, callback.period, {}});
   }
