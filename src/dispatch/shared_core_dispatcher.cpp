@@ -65,7 +65,7 @@ void SharedCoreDispatcher::begin_decision(TimePoint now) {
   pass_over_standstill();
   decision_.levels.clear();
   decision_.triggers.clear();
-  decision_.released.clear();
+  decision_.handed_over.clear();
   decision_.swapped = false;
   decision_.slots.clear();
   decision_.steals.clear();
@@ -259,22 +259,22 @@ void SharedCoreDispatcher::swap_schedule(SharedCoreSchedule&& schedule) {
     if (thief == slot.subchain) thief_ = members_.size() - 1;
   }
   for (const SharedCoreMember& member : old) {
-    if (!holds(schedule_, member.slot().subchain)) release(member);
+    if (!holds(schedule_, member.slot().subchain)) hand_over(member);
   }
-  release_waiting();
+  hand_over_waiting();
   decision_.swapped = true;
 }
 
-void SharedCoreDispatcher::release(const SharedCoreMember& member) {
+void SharedCoreDispatcher::hand_over(const SharedCoreMember& member) {
   if (!member.present()) return;
   if (member.level != MemberLevel::kOrdinary)
     decision_.levels.push_back({member.slot().subchain, MemberLevel::kOrdinary});
-  decision_.released.push_back({member.slot().subchain, member.state()});
+  decision_.handed_over.push_back({member.slot().subchain, member.state()});
 }
 
 // Those that were adopted for a schedule that then left them out.
-void SharedCoreDispatcher::release_waiting() {
-  for (const auto& [subchain, state] : waiting_) decision_.released.push_back({subchain, state});
+void SharedCoreDispatcher::hand_over_waiting() {
+  for (const auto& [subchain, state] : waiting_) decision_.handed_over.push_back({subchain, state});
   waiting_.clear();
 }
 

@@ -36,9 +36,9 @@
 // hanging again.
 //
 // A new schedule takes effect between two frames, in a decision by itself: `swapped`, after which the order of progress
-// is the new one. Members that stay keep runs, credit and rhythm. Those that are in it no more are released, with the
-// state of their runs; those that are new to it are absent until they are adopted, so that of two cores only one ever
-// holds a subchain. A subchain is released at the ordinary level, and expected there when it is adopted.
+// is the new one. Members that stay keep runs, credit and rhythm. Those that are in it no more are handed over, with
+// the state of their runs; those that are new to it are absent until they are adopted, so that of two cores only one
+// ever holds a subchain. A subchain is handed over at the ordinary level, and expected there when it is adopted.
 //
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
@@ -77,7 +77,7 @@ class SharedCoreDispatcher {
     SubchainId subchain;
     bool began = false;  // else: ended
   };
-  struct Release {
+  struct HandOver {
     SubchainId subchain;
     RunState state;
   };
@@ -86,7 +86,7 @@ class SharedCoreDispatcher {
   struct Decision {
     std::vector<LevelChange> levels;  // only changes; those that lower a level first
     std::vector<Trigger> triggers;
-    std::vector<Release> released;
+    std::vector<HandOver> handed_over;
     bool swapped = false;  // the new schedule is in force
     std::vector<SlotUse> slots;
     std::vector<Steal> steals;  // that are over
@@ -100,11 +100,11 @@ class SharedCoreDispatcher {
   // stands still. A call may come early, late, or twice. The decision is good until the next call.
   const Decision& step(TimePoint now, std::span<const std::uint64_t> completed);
 
-  // At the end of the frame; of several the last. An empty one releases all members. To be followed by a call of
+  // At the end of the frame; of several the last. An empty one hands over all members. To be followed by a call of
   // step().
   void change_schedule(SharedCoreSchedule schedule);
 
-  // Hands over a subchain that no other core holds: RunState{} at first, then as it was released. It may come before
+  // Takes a subchain that no other core holds: RunState{} at first, then as it was handed over. It may come before
   // its schedule does. A run that is under way goes on in its next slot, frames count for it from the next one. To be
   // followed by a call of step().
   void adopt(SubchainId subchain, const RunState& state);
@@ -149,8 +149,8 @@ class SharedCoreDispatcher {
   std::optional<std::size_t> active() const;
 
   void swap_schedule(SharedCoreSchedule&& schedule);
-  void release(const SharedCoreMember& member);
-  void release_waiting();
+  void hand_over(const SharedCoreMember& member);
+  void hand_over_waiting();
   std::optional<RunState> take_waiting(SubchainId subchain);
 
   MemberLevel target_level(const SharedCoreMember& member, bool active) const;

@@ -303,8 +303,8 @@ TEST(SharedCore, WithAnEmptyScheduleItLeavesEverybodyOrdinaryAndTriggersNothing)
   core.run_until(at(ms(5)));
   core.change_schedule({});
   core.run_until(at(ms(100)));
-  EXPECT_THAT(core.released, SizeIs(2));
-  for (const auto& [subchain, what] : core.released) EXPECT_EQ(what.second.level, MemberLevel::kOrdinary);
+  EXPECT_THAT(core.handed_over, SizeIs(2));
+  for (const auto& [subchain, what] : core.handed_over) EXPECT_EQ(what.second.level, MemberLevel::kOrdinary);
   const auto& decision = core.dispatcher.step(at(ms(100)), {});
   EXPECT_EQ(decision.ask_at, kNever);
   EXPECT_THAT(decision.triggers, IsEmpty());

@@ -234,7 +234,7 @@ RC_GTEST_PROP(SharedCoreProperty, SwapsLoseNoRun, ()) {
   const auto exchange = [&](TimePoint until) {
     for (VirtualCore& core : cores) core.run_until(until);
     for (VirtualCore& core : cores) {
-      for (const auto& [subchain, what] : std::exchange(core.released, {})) {
+      for (const auto& [subchain, what] : std::exchange(core.handed_over, {})) {
         const auto index = static_cast<int>(subchain.index());
         const bool on_first = std::count(members[0].begin(), members[0].end(), index) > 0;
         cores[on_first ? 0 : 1].adopt(subchain, what.first, what.second);

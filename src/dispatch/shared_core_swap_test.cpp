@@ -14,8 +14,8 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 void hand_over(VirtualCore& from, VirtualCore& to) {
-  for (const auto& [subchain, what] : from.released) to.adopt(subchain, what.first, what.second);
-  from.released.clear();
+  for (const auto& [subchain, what] : from.handed_over) to.adopt(subchain, what.first, what.second);
+  from.handed_over.clear();
 }
 
 TEST(Swap, TakesEffectAtTheEndOfTheFrame) {
@@ -64,14 +64,14 @@ TEST(Swap, AShorterNThatHasPassedIsDueAtOnce) {
   EXPECT_THAT(core.triggers[SubchainId(1)], SizeIs(2));
 }
 
-TEST(Swap, WhoLeavesIsReleasedWithItsRunAndAtTheOrdinaryLevel) {
+TEST(Swap, WhoLeavesIsHandedOverWithItsRunAndAtTheOrdinaryLevel) {
   const auto before = elastic({every(1, 0, ms(2)), every(2, 1, ms(4))}, 0.0);
   auto core = VirtualCore::with_all(before, costs({{2}, {8}}));
   core.run_until(at(ms(1)));
   core.change_schedule(elastic({every(1, 0, ms(2))}, 0.0));
   core.run_until(at(ms(20)));
-  ASSERT_THAT(core.released, SizeIs(1));
-  const auto& [subchain, what] = core.released[0];
+  ASSERT_THAT(core.handed_over, SizeIs(1));
+  const auto& [subchain, what] = core.handed_over[0];
   EXPECT_EQ(subchain, SubchainId(1));
   EXPECT_EQ(what.first.sent, 1U);
   EXPECT_EQ(what.first.completed, 0U);
@@ -109,14 +109,14 @@ TEST(Swap, AnAdoptionMayComeBeforeItsSchedule) {
   EXPECT_EQ(core.timeline(), "0:8 1:2");
 }
 
-TEST(Swap, WhoWasAdoptedForAScheduleThatIsNoMoreIsReleasedAgain) {
+TEST(Swap, WhoWasAdoptedForAScheduleThatIsNoMoreIsHandedOn) {
   auto core = VirtualCore::with_all(elastic({every(1, 0, ms(2))}, 0.0), costs({{2}, {2}}));
   core.run_until(at(ms(1)));
   core.adopt(SubchainId(1), {.sent = 5, .completed = 4}, {.sent = 5, .completed = 4, .left = ms(1)});
   core.change_schedule(elastic({every(1, 0, ms(2))}, 0.0));
   core.run_until(at(ms(5)));
-  ASSERT_THAT(core.released, SizeIs(1));
-  EXPECT_EQ(core.released[0].second.first.sent, 5U);
+  ASSERT_THAT(core.handed_over, SizeIs(1));
+  EXPECT_EQ(core.handed_over[0].second.first.sent, 5U);
 }
 
 TEST(Swap, AllMayLeaveAndOthersCome) {
@@ -124,7 +124,7 @@ TEST(Swap, AllMayLeaveAndOthersCome) {
   core.run_until(at(ms(1)));
   core.change_schedule({});
   core.run_until(at(ms(10)));
-  EXPECT_THAT(core.released, SizeIs(1));
+  EXPECT_THAT(core.handed_over, SizeIs(1));
   core.change_schedule(fixed({every(1, 1, ms(2))}, ms(5)));
   core.adopt(SubchainId(1), {}, {});
   core.run_until(at(ms(20)));

@@ -32,7 +32,7 @@ class Actuator {
   // another still does. Its threads are at the ordinary level, or, where it has just been set up, at whatever
   // level they came.
   virtual std::optional<dispatch::RunState> take(SubchainId subchain) = 0;
-  // Releases it and its completions, and wakes the controller that is to have it by the newest assignment.
+  // Gives up it and its completions, and wakes the controller that is to have it by the newest assignment.
   virtual void hand_over(SubchainId subchain, const dispatch::RunState& state) = 0;
 
   // --- The threads of a subchain that is held ---

@@ -70,13 +70,13 @@ void CoreDriver::carry_out(const dispatch::SharedCoreDispatcher::Decision& decis
     actuator_->set_level(subchain, policy::to_os(level));
   }
   for (const auto& [subchain, number, due] : decision.triggers) actuator_->trigger(subchain, number, due);
-  for (const auto& [subchain, state] : decision.released) release(subchain, state);
+  for (const auto& [subchain, state] : decision.handed_over) hand_over(subchain, state);
   if (!decision.swapped) return;
   members_.clear();
   for (const dispatch::SharedCoreSlot& slot : dispatcher_.schedule().slots) members_.push_back(slot.subchain);
 }
 
-void CoreDriver::release(SubchainId subchain, const dispatch::RunState& state) {
+void CoreDriver::hand_over(SubchainId subchain, const dispatch::RunState& state) {
   held_[subchain.index()].reset();
   if (awaited_ == subchain) awaited_.reset();
   actuator_->hand_over(subchain, state);

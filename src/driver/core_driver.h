@@ -2,7 +2,7 @@
 // (dispatch/shared_core_dispatcher.h), carried out. While no subchains share the core it has nothing to do.
 //
 // A subchain that is to share the core by an assignment, but is still held by another controller, is absent: its slot
-// is skipped until it is released there. Those that an assignment leaves out are released at the end of the frame.
+// is skipped until that hands it over. Those that an assignment leaves out are handed over at the end of the frame.
 //
 // Thread safety: as controller.h says.
 #pragma once
@@ -37,7 +37,7 @@ class CoreDriver final : public Controller {
   void raise_joined_threads();
   void collect_progress();
   void carry_out(const dispatch::SharedCoreDispatcher::Decision& decision);
-  void release(SubchainId subchain, const dispatch::RunState& state);
+  void hand_over(SubchainId subchain, const dispatch::RunState& state);
   void report(const dispatch::SharedCoreDispatcher::Decision& decision, TimePoint now);
   void await_completion_of(std::optional<SubchainId> subchain);
 

@@ -38,7 +38,7 @@ void SubchainPacer::follow(TimePoint now) {
   const policy::SubchainPlace& place = assignment.places[subchain_.index()];
   const bool is_new = std::exchange(following_, assignment.number) != assignment.number;
   if (place.core >= 0 || !place.present) {
-    if (trigger_) release();
+    if (trigger_) hand_over();
   } else if (trigger_) {
     if (is_new && place != place_) change(now, place);
     if (actuator_->threads_joined()) raise_joined_threads();
@@ -83,7 +83,7 @@ void SubchainPacer::raise_joined_threads() {
                       : actuator_->set_levels(subchain_, place_);
 }
 
-void SubchainPacer::release() {
+void SubchainPacer::hand_over() {
   set_leader(std::nullopt);
   actuator_->set_level(subchain_, os::Level::kOrdinary);
   dispatch::RunState state;

@@ -30,7 +30,7 @@ class SubchainPacer final : public Controller {
   void adopt(TimePoint now, const policy::SubchainPlace& place, const dispatch::RunState& state);
   void change(TimePoint now, const policy::SubchainPlace& place);
   void raise_joined_threads();
-  void release();
+  void hand_over();
   void set_leader(std::optional<plan::Leader> leader);
   TimePoint hear(TimePoint now);
   void measure(TimePoint now, std::uint64_t completed);

@@ -40,7 +40,7 @@ class AssignmentBoard {
   std::uint64_t published_ = 0;
 };
 
-// Holds a subchain on its way between two controllers, with the state of its runs: the one that releases it puts it
+// Holds a subchain on its way between two controllers, with the state of its runs: the one that hands it over puts it
 // here, the next one takes it. At most one controller holds a subchain at a time.
 // Thread safety: put() by the holder, take() by any thread; neither waits.
 class Handover {

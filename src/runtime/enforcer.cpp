@@ -13,7 +13,7 @@ void Enforcer::tell(const std::string& kind, const std::string& detail) {
 
 Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner) {
   const std::lock_guard lock(mutex_);
-  if (released_) return Done{};
+  if (ended_) return Done{};
   Result<os::SavedScheduling> now = os_.save_scheduling(thread);
   if (!now) return Done{};  // gone
   if (!saved_.has(*now)) {
@@ -44,7 +44,7 @@ bool Enforcer::has_placed(os::ThreadId thread) const {
 
 void Enforcer::raise(os::ThreadId thread, os::Level level) {
   const std::lock_guard lock(mutex_);
-  if (!released_) raise_or_refuse(thread, level, 1);
+  if (!ended_) raise_or_refuse(thread, level, 1);
 }
 
 void Enforcer::raise_or_refuse(os::ThreadId thread, os::Level level, int attempts) {
@@ -89,7 +89,7 @@ void Enforcer::check_guardian() {
   }
 }
 
-void Enforcer::release(os::ThreadId thread) {
+void Enforcer::restore(os::ThreadId thread) {
   const std::lock_guard lock(mutex_);
   if (!saved_.has(thread)) return;
   saved_.restore(thread);
@@ -102,9 +102,9 @@ void Enforcer::restore_all() {
   saved_.restore_all();
 }
 
-void Enforcer::release_all() {
+void Enforcer::restore_for_good() {
   const std::lock_guard lock(mutex_);
-  released_ = true;
+  ended_ = true;
   saved_.restore_all();
   if (guardian_) saved_.for_each_thread([this](os::ThreadId thread) { guardian_->forget(thread); });
   saved_.clear();

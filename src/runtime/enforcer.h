@@ -23,13 +23,13 @@ class Enforcer {
  public:
   // `notices` hears of what was refused and how to get it, if ever a level is, and of the guardian. Both may be null.
   Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guardian, driver::Notices* notices);
-  ~Enforcer() { release_all(); }
+  ~Enforcer() { restore_for_good(); }
   Enforcer(const Enforcer&) = delete;
   Enforcer& operator=(const Enforcer&) = delete;
 
   bool real_time() const { return real_time_.load(std::memory_order_acquire); }
 
-  // Until release_all(): afterwards these do nothing.
+  // Until restore_for_good(): afterwards these do nothing.
   //
   // Puts a thread on `cpus` at `level` (kOrdinary where levels cannot be had). A CPU that cannot be had is an error, a
   // level that cannot be had is not: see above. That of a thread of another process is asked for again if it does not
@@ -52,13 +52,13 @@ class Enforcer {
   // The same where the thread is on other CPUs by now: another program has moved it. True: it was.
   bool keep_on(os::ThreadId thread, const os::CpuSet& cpus);
 
-  // Whether the thread is as apply() has put it: it has not been released yet.
+  // Whether the thread is as apply() has put it: it has not been restored yet.
   bool has_placed(os::ThreadId thread) const;
 
   // A thread, if it still lives, gets back what it had before the first apply(), and is forgotten; or all of them.
   // No thread may set its level any more: restore_all() is for where controllers still might. It forgets nothing.
-  void release(os::ThreadId thread);
-  void release_all();
+  void restore(os::ThreadId thread);
+  void restore_for_good();
   void restore_all();
 
   // Makes sure that there is still a guardian: to be called about every second.
@@ -75,7 +75,7 @@ class Enforcer {
   driver::Notices* const notices_;
   mutable std::mutex mutex_;  // guards what follows
   SavedThreads saved_;
-  bool released_ = false;  // all of them, for good
+  bool ended_ = false;  // all are restored, for good
   std::unique_ptr<os::Guardian> guardian_;
   int guardians_replaced_ = 0;
   bool guardian_missing_ = false;

@@ -35,14 +35,14 @@ class EnforcerTest : public ::testing::Test {
 TEST_F(EnforcerTest, AThreadGetsBackWhatItHadBeforeTheFirstApply) {
   raise();
   ASSERT_TRUE(enforcer.apply(thread, Level::kBackground, CpuSet{0}).ok());
-  enforcer.release(thread);
+  enforcer.restore(thread);
   EXPECT_EQ(*fake.level(thread), Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(thread), (CpuSet{0, 1}));
 }
 
 // Guards: a thread that was named for a node while a session stopped stayed raised.
-TEST_F(EnforcerTest, NoThreadIsRaisedOnceAllHaveBeenReleased) {
-  enforcer.release_all();
+TEST_F(EnforcerTest, NoThreadIsRaisedOnceAllHaveBeenRestored) {
+  enforcer.restore_for_good();
   raise();
   enforcer.raise(thread, Level::kActive);
   EXPECT_EQ(*fake.level(thread), Level::kOrdinary);
@@ -53,7 +53,7 @@ TEST_F(EnforcerTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotTouched) {
   raise();
   fake.reuse_number(thread);
   enforcer.restore_all();
-  enforcer.release(thread);
+  enforcer.restore(thread);
   EXPECT_EQ(*fake.level(thread), Level::kActive) << "what raised it will lower it";
   EXPECT_EQ(*fake.affinity(thread), CpuSet{1});
 }
@@ -80,7 +80,7 @@ TEST_F(EnforcerTest, AThreadThatReusesANumberGetsBackItsOwnScheduling) {
   ASSERT_TRUE(fake.set_level(thread, Level::kOrdinary).ok());
   ASSERT_TRUE(fake.set_affinity(thread, CpuSet{0}).ok());
   raise();
-  enforcer.release_all();
+  enforcer.restore_for_good();
   EXPECT_EQ(*fake.level(thread), Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(thread), CpuSet{0});
 }

@@ -55,7 +55,7 @@ Status Engine::stop() {
   }
   if (state_ != State::kRunning) return stopped_;
   state_ = State::kStopped;
-  scheduler_->release();
+  scheduler_->end_scheduling();
   nodes_.stop();
   stopped_ = scheduler_->finish();
   return stopped_;

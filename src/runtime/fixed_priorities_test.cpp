@@ -350,7 +350,7 @@ objective: [ { period: left, weight: 1 } ]
   EXPECT_EQ(*fake.level(ids[2]), os::fixed_level(3));
   registered.raise_unscheduled(os::Level::kUnscheduled);
   EXPECT_EQ(*fake.level(ids[0]), os::fixed_level(3)) << "never lower";
-  enforcer.release_all();
+  enforcer.restore_for_good();
   for (const os::ThreadId thread : ids) EXPECT_EQ(*fake.level(thread), os::Level::kOrdinary);
 }
 

@@ -193,9 +193,9 @@ void Housekeeping::update_registered() {
   }
 }
 
-// False: the controller that held it has not released it yet. Runs that were under way when a node left count as ended.
-// While this process was stopped its nodes may have paced themselves, and are at most one trigger ahead of what has
-// ended: the next number is beyond that, since a node does not see a trigger of the number that it is at.
+// False: the controller that held it has not handed it over yet. Runs that were under way when a node left count as
+// ended. While this process was stopped its nodes may have paced themselves, and are at most one trigger ahead of what
+// has ended: the next number is beyond that, since a node does not see a trigger of the number that it is at.
 bool Housekeeping::prepare_restart(SubchainId subchain) {
   Handover& handover = controllers_.handover(subchain);
   std::optional<dispatch::RunState> state = handover.take();

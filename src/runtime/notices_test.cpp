@@ -79,7 +79,7 @@ scheduler: { bootstrap: 500ms }
 
   over.store(true);
   for (const auto& thread : threads) thread->join();
-  scheduler->release();
+  scheduler->end_scheduling();
   EXPECT_TRUE(scheduler->finish().ok());
 }
 

@@ -93,7 +93,7 @@ Status RegisteredNodes::join(NodeId node, os::ProcessId process, os::ThreadId th
       placed.push_back(each);
       const Status done = place(node, process, each);
       if (done) continue;
-      for (const os::ThreadId other : placed) enforcer_->release(other);
+      for (const os::ThreadId other : placed) enforcer_->restore(other);
       set(node, Presence::kAway);
       return done;
     }
@@ -134,7 +134,7 @@ Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::Threa
     }
     added = add_if_placed(node, thread, true);
   }
-  if (placed_at && added != Added::kToJoined) enforcer_->release(thread);  // the node has left meanwhile
+  if (placed_at && added != Added::kToJoined) enforcer_->restore(thread);  // the node has left meanwhile
   if (added == Added::kNoRoom) return no_room;
   if (added == Added::kToJoined) {
     raise_if_changed(node, *placed_at);
@@ -152,7 +152,7 @@ RegisteredNodes::Added RegisteredNodes::add_if_placed(NodeId node, os::ThreadId 
 }
 
 void RegisteredNodes::remove_thread(NodeId node, os::ThreadId thread) {
-  links_[node.index()]->remove_thread(thread, [this](os::ThreadId removed) { enforcer_->release(removed); });
+  links_[node.index()]->remove_thread(thread, [this](os::ThreadId removed) { enforcer_->restore(removed); });
 }
 
 // In the background on all CPUs, until the controller that holds the subchain sets its level and CPUs.
@@ -179,10 +179,10 @@ bool RegisteredNodes::leave(NodeId node, const std::string& why) {
     const std::lock_guard lock(mutex_);
     if (presence_[node.index()] != Presence::kRegistered) return false;
     presence_[node.index()] = Presence::kLeaving;
-    expected = released_;
+    expected = leaving_is_expected_;
     if (const auto subchain = app_.graph.node(node).subchain) left_[subchain->index()] = true;
   }
-  link->remove_all_threads([this](os::ThreadId removed) { enforcer_->release(removed); });
+  link->remove_all_threads([this](os::ThreadId removed) { enforcer_->restore(removed); });
   set(node, Presence::kAway);
   if (!expected) {
     notices_.add({os_.now(), "node-left",
@@ -191,9 +191,9 @@ bool RegisteredNodes::leave(NodeId node, const std::string& why) {
   return true;
 }
 
-void RegisteredNodes::release() {
+void RegisteredNodes::expect_all_to_leave() {
   const std::lock_guard lock(mutex_);
-  released_ = true;
+  leaving_is_expected_ = true;
 }
 
 std::string RegisteredNodes::broken_chains(NodeId node) const {

@@ -33,7 +33,7 @@ class RegisteredNodes {
 
   // References outlive it. Until open(), threads may be named for nodes, but no node can join.
   RegisteredNodes(const graph::App& app, os::Os& os, const Region& region, Links& links, driver::Notices& notices);
-  // `enforcer` outlives its use: until release(), and all threads have been restored.
+  // `enforcer` outlives its use: until expect_all_to_leave(), and all threads have been restored.
   void open(Enforcer& enforcer, Placement placement);
 
   // From now on unscheduled nodes are at this level at least, also nodes that have joined before. Precondition: open()
@@ -52,7 +52,7 @@ class RegisteredNodes {
   // With all its threads. `why`: for the notice. False: it was not there.
   bool leave(NodeId node, const std::string& why);
   // The session ends: no notice is given of nodes that leave from now on.
-  void release();
+  void expect_all_to_leave();
 
   // --- the housekeeping thread's ---
   // All nodes of the subchain are registered.
@@ -95,7 +95,7 @@ class RegisteredNodes {
   std::vector<bool> left_;          // by subchain: a node of it has left since it was last settled
   os::CpuSet cpus_;                 // where threads are placed
   std::vector<NodeId> joined_;      // since they were last taken
-  bool released_ = false;
+  bool leaving_is_expected_ = false;
 };
 
 }  // namespace ctn::runtime

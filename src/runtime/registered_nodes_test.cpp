@@ -143,7 +143,7 @@ class RegisteredNodesTest : public ::testing::TestWithParam<const char*> {
   }
   void TearDown() override {
     if (!scheduler) return;
-    scheduler->release();
+    scheduler->end_scheduling();
     EXPECT_TRUE(scheduler->finish().ok());
   }
 
@@ -186,7 +186,7 @@ TEST_P(RegisteredNodesTest, AFollowerNeedsNoScheduler) {
   auto imu = program("imu", milliseconds{1});
   auto sum = program("sum", milliseconds{1});
   pass(seconds{1});
-  scheduler->release();
+  scheduler->end_scheduling();
   EXPECT_NEAR(runs_in(sum, [&] { pass(seconds{1}); }), 200, 1);
 }
 
@@ -310,7 +310,7 @@ struct Started {
     EXPECT_TRUE(scheduler->start().ok());
   }
   ~Started() {
-    scheduler->release();
+    scheduler->end_scheduling();
     EXPECT_TRUE(scheduler->finish().ok());
   }
 
@@ -477,7 +477,7 @@ struct AboutToRaise : Started<SlowOs> {
 // The level was set after the thread had been given back, and stayed.
 TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByAControllerThatSawItBefore) {
   for (const bool all : {false, true}) {
-    SCOPED_TRACE(all ? "release" : "leave");
+    SCOPED_TRACE(all ? "end" : "leave");
     AboutToRaise started;
     os::FakeOs& fake = started.fake;
     Scheduler& scheduler = *started.scheduler;
@@ -485,7 +485,7 @@ TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByAControllerThatSawItBefore) {
     const std::vector<os::ThreadId>& threads = started.threads;
     ASSERT_EQ(threads.size(), 1U);
     if (all) {
-      scheduler.release();
+      scheduler.end_scheduling();
     } else {
       scheduler.leave(node, "its process has ended");
     }
@@ -514,7 +514,7 @@ TEST(RegisteredNodes, ANodeThatJoinsWhileItLeavesIsRestoredAtTheEnd) {
   const int before = started.left.runs;
   fake.sleep_until(fake.now() + milliseconds{500});
   EXPECT_GE(started.left.runs - before, 5);
-  scheduler.release();
+  scheduler.end_scheduling();
   EXPECT_EQ(*fake.level(threads[0]), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(threads[0]), fake.topology()->online());
 }

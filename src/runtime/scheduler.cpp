@@ -52,7 +52,7 @@ Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options
 
 Scheduler::~Scheduler() {
   if (!parts_) return;
-  release();
+  end_scheduling();
   static_cast<void>(finish());
 }
 
@@ -173,7 +173,7 @@ Status Scheduler::start() {
   housekeeping.pace_registered();
   parts_->controllers.spawn(options_.policy->follows_plan());
   if (Status placed = parts_->controllers.place(decision.dispatcher_level); !placed) {
-    release();
+    end_scheduling();
     return placed;
   }
   parts_->controllers.go();
@@ -183,10 +183,10 @@ Status Scheduler::start() {
   return Done{};
 }
 
-void Scheduler::release() {
+void Scheduler::end_scheduling() {
   if (!parts_) return;
-  released_.store(true, std::memory_order_release);
-  registered_.release();
+  scheduling_ended_.store(true, std::memory_order_release);
+  registered_.expect_all_to_leave();
   parts_->housekeeping.request_stop();
   parts_->housekeeping.join();
   // Scheduling is restored while the nodes' threads are still alive, so runs that are under way end at the ordinary
@@ -195,7 +195,7 @@ void Scheduler::release() {
   parts_->enforcer.restore_all();
   parts_->ready_cpus.reset();
   parts_->controllers.stop();
-  parts_->enforcer.release_all();
+  parts_->enforcer.restore_for_good();
 }
 
 Status Scheduler::finish() {
@@ -211,7 +211,7 @@ Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) 
 }
 
 Status Scheduler::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  if (released_.load(std::memory_order_acquire)) {
+  if (scheduling_ended_.load(std::memory_order_acquire)) {
     return Error::caller("the app does not run any more", "name threads between start and stop");
   }
   return registered_.add_thread(node, process, thread);
@@ -224,7 +224,7 @@ void Scheduler::leave(NodeId node, const std::string& why) {
 }
 
 Status Scheduler::change(const Changes& changes) {
-  if (!prepared_.load(std::memory_order_acquire) || released_.load(std::memory_order_acquire)) {
+  if (!prepared_.load(std::memory_order_acquire) || scheduling_ended_.load(std::memory_order_acquire)) {
     return Error::caller("nothing can be changed: the app does not run", "change it between start and stop");
   }
   if (!options_.policy->adapts()) {

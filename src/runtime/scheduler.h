@@ -90,7 +90,7 @@ class Scheduler {
   Status start();
   // Restores the scheduling of all threads; nodes may still be running. They are to end next, before finish() is
   // called.
-  void release();
+  void end_scheduling();
   // Collects the last reports, closes the record, and returns when on_notice has been told all. Returns the first error
   // of the record.
   Status finish();
@@ -164,7 +164,7 @@ class Scheduler {
   driver::Notices& notices_;
   RegisteredNodes registered_;
   std::unique_ptr<Parts> parts_;
-  std::atomic<bool> released_{false};
+  std::atomic<bool> scheduling_ended_{false};
   std::atomic<bool> prepared_{false};  // another thread that asks sees all of the parts, or none
 };
 

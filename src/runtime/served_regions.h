@@ -42,7 +42,7 @@ class ServedRegions {
   // All nodes of this app move to the newest region: the nodes in `running`, which have a thread here, with their next
   // run, the others at once. A node takes a trigger that waits there already.
   void move_nodes(Wiring& wiring, std::span<const NodeId> running) const;
-  // Releases the regions that no node uses any more.
+  // Lets go of the regions that no node uses any more.
   void drop_old(Wiring& wiring, std::span<const NodeId> running);
   std::size_t count() const { return regions_.size(); }
 

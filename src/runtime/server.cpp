@@ -132,7 +132,7 @@ void Server::stop() {
 
 Status Server::finish() {
   if (!std::exchange(started_, false)) return Done{};
-  scheduler_->release();
+  scheduler_->end_scheduling();
   while (!clients_.empty()) disconnect(clients_.begin()->first, "the server ends");
   heartbeat_stops_.store(1, std::memory_order_release);
   os_.wake(heartbeat_stops_);

@@ -56,9 +56,10 @@ class Server {
   void forget(const os::Descriptor& descriptor);
   // `act` is called in run(), so often. Before run().
   void every(Nanos interval, std::function<void()> act);
-  // Serves until stop(). After release() nothing is scheduled any more, but messages of programs are still answered.
+  // Serves until stop(). After end_scheduling() nothing is scheduled any more, but messages of programs are still
+  // answered.
   void run();
-  void release() { scheduler_->release(); }
+  void end_scheduling() { scheduler_->end_scheduling(); }
   void stop();
   // Restores the scheduling of all threads. Returns the first error of the record.
   Status finish();

@@ -101,7 +101,7 @@ Result<Served> Serving::run() {
   server_.run();
   if (companion_) server_.forget(companion_->descriptor());
   companion_.reset();
-  server_.release();
+  server_.end_scheduling();
   end_commands();
   const Status finished = server_.finish();
   if (watcher_) options_.watched->let_end(os_, *watcher_);

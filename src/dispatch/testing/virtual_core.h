@@ -5,7 +5,7 @@
 //
 // It records which thread ran when and all that the dispatcher decided, and throws a Breach where the dispatcher breaks
 // its contract: two subchains active at once, a trigger while a run is under way, asking to be called at once again and
-// again. Several cores can exchange subchains: what one has released is `adopt`ed by another.
+// again. Several cores can exchange subchains: what one has handed over is `adopt`ed by another.
 //
 // Units: Nanos from 0. Thread safety: none; one owner.
 #pragma once
@@ -144,7 +144,7 @@ class VirtualCore {
   std::vector<Steal> steals;
   std::vector<std::pair<TimePoint, SharedCoreDispatcher::Hang>> hangs;
   std::vector<Swap> swaps;
-  std::vector<std::pair<SubchainId, std::pair<RunState, Threads>>> released;  // and not yet taken elsewhere
+  std::vector<std::pair<SubchainId, std::pair<RunState, Threads>>> handed_over;  // and not yet taken elsewhere
   std::uint64_t level_changes = 0;
   std::uint64_t calls = 0;
 
@@ -232,10 +232,10 @@ class VirtualCore {
       if (active > 1) throw Breach("two subchains are active at once");
     }
     for (const SharedCoreDispatcher::Trigger& trigger : decision.triggers) send(trigger);
-    for (const SharedCoreDispatcher::Release& release : decision.released) {
-      released.push_back({release.subchain, {release.state, threads.at(release.subchain)}});
-      cpus_.remove(thread_of(release.subchain));
-      threads.erase(release.subchain);
+    for (const SharedCoreDispatcher::HandOver& each : decision.handed_over) {
+      handed_over.push_back({each.subchain, {each.state, threads.at(each.subchain)}});
+      cpus_.remove(thread_of(each.subchain));
+      threads.erase(each.subchain);
     }
     if (dispatcher.frames() != frames.size()) frames.push_back(now);
     steals.insert(steals.end(), decision.steals.begin(), decision.steals.end());
