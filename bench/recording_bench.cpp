@@ -2,7 +2,7 @@
 // output.
 //
 //   the writer   CPU time of record/writer.h for runs with an input, triggers and slots, which it gets as from the
-//                housekeeping thread: in turns of 50 ms, committed once a second. Beside it, CPU time of the flight
+//                housekeeping thread: in steps of 50 ms, committed once a second. Beside it, CPU time of the flight
 //                recorder for the same
 //   a server     CPU time of the housekeeping thread of a served app, in turn with nothing kept, with the flight
 //                recorder, and with a record as well. Subchains are triggered a thousand times a second, and nodes of
@@ -49,7 +49,7 @@ using bench::value_of;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr int kTurns = 20;         // a second, as in the housekeeping thread
+constexpr int kSteps = 20;         // a second, as in the housekeeping thread
 constexpr int kFree = 10;          // nodes that report runs by themselves
 constexpr int kTriggered = 5;      // subchains
 constexpr int kTriggersHz = 1000;  // of each
@@ -110,17 +110,17 @@ struct Written {
 
 enum class Kind { kRuns, kTriggers, kSlots, kAll };
 
-// Gives a sink the events of a turn of 50 ms, and then lets it do what it does at the end of a turn.
-template <class EndOfTurn>
+// Gives a sink the events of a step of 50 ms, and then lets it do what it does at the end of a step.
+template <class EndOfStep>
 Written feed(os::Os& os, const graph::App& app, record::Sink& to, Kind kind, int rate, int for_seconds,
-             const EndOfTurn& end_of_turn) {
+             const EndOfStep& end_of_step) {
   const NodeId from = *app.graph.find_node("free0");
   const NodeId node = *app.graph.find_node("free5");
   std::uint64_t number = 0;
   Written written;
   const Nanos before = os.thread_cpu_time();
-  for (int turn = 0; turn < for_seconds * kTurns; ++turn) {
-    for (int i = 0; i < rate / kTurns; ++i) {
+  for (int step = 0; step < for_seconds * kSteps; ++step) {
+    for (int i = 0; i < rate / kSteps; ++i) {
       const std::uint64_t which = kind == Kind::kAll ? number % 3 : static_cast<std::uint64_t>(kind);
       const TimePoint at = TimePoint{} + ++number * Nanos{seconds{1}} / static_cast<std::uint64_t>(rate);
       const TimePoint end = at + std::chrono::microseconds{20};
@@ -140,7 +140,7 @@ Written feed(os::Os& os, const graph::App& app, record::Sink& to, Kind kind, int
         to.add(record::SlotUse{0, SubchainId{0}, at, at, end});
       }
     }
-    end_of_turn(turn, written);
+    end_of_step(step, written);
   }
   const Nanos used = os.thread_cpu_time() - before;
   written.percent = 100.0 * to_millis(used).count() / (1000.0 * for_seconds);
@@ -150,8 +150,8 @@ Written feed(os::Os& os, const graph::App& app, record::Sink& to, Kind kind, int
 
 Written write(os::Os& os, const graph::App& app, const std::string& path, Kind kind, int rate, int for_seconds) {
   auto writer = value_of(record::Writer::create(path, app, {}));
-  Written written = feed(os, app, *writer, kind, rate, for_seconds, [&](int turn, Written& so_far) {
-    if ((turn + 1) % kTurns != 0) return;
+  Written written = feed(os, app, *writer, kind, rate, for_seconds, [&](int step, Written& so_far) {
+    if ((step + 1) % kSteps != 0) return;
     const TimePoint begin = os.now();
     if (Status done = writer->flush(); !done) throw std::runtime_error(done.error().message());
     so_far.longest_ms = std::max(so_far.longest_ms, to_millis(os.now() - begin).count());
@@ -172,7 +172,7 @@ Written keep(os::Os& os, const graph::App& app, Kind kind, int rate, int for_sec
 
 void measure_writer(os::Os& os, const graph::App& app, const Options& options, const Folder& folder) {
   fmt::print(
-      "The writer of records, in turns of 50 ms, committed once a second, and the flight recorder, in turn: "
+      "The writer of records, in steps of 50 ms, committed once a second, and the flight recorder, in turn: "
       "medians of {} rounds of {} s\n",
       options.rounds, options.seconds);
   fmt::print("{:>10}  {:<10} {:>9} {:>9} {:>12} {:>17} {:>17} {:>9}\n", "events/s", "of them", "% of core", "us/event",

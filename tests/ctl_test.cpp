@@ -64,7 +64,7 @@ TEST_F(CtlTest, ChangesWhatIsAskedAndSaysWhatIsInForce) {
   expect_done("weight 'eye -> hand' 2.5 map 0");
   expect_done("max 0 400ms");
   expect_done("min-rate map 3Hz");
-  // What is asked within one turn of the server is said in one line.
+  // What is asked within one step of the server is said in one line.
   ASSERT_TRUE(says("nodes.map.min_rate: none -> 3Hz")) << said();
   EXPECT_THAT(said(), HasSubstr("objective[0].weight (eye -> hand): 1 -> 2.5"));
   Json now = status();

@@ -341,7 +341,7 @@ struct TurnsCase {
     for (std::size_t node = 0; node < graph.nodes().size(); ++node) {
       if (!graph.nodes()[node].subchain) continue;
       const double cost = uniform(0.2, 3.0);
-      turn += cost;
+      round += cost;
       costs.set(NodeId(node), model::CostProfile::constant(Millis{cost}));
       for (int run = 0; run < 50; ++run) {
         runs[node][0].push_back({to_nanos(Millis{cost * uniform(0.2, 1.0)}), Nanos{0}});
@@ -351,8 +351,8 @@ struct TurnsCase {
     std::iota(priorities.begin(), priorities.end(), 2);
     std::shuffle(priorities.begin(), priorities.end(), random);
     trial::Place& leader = schedule.subchains.emplace_back(trial::Place{.priority = 1});
-    leader.period = to_nanos(Millis{turn * uniform(0.3, 1.5)});
-    full = to_millis(leader.period).count() < turn;
+    leader.period = to_nanos(Millis{round * uniform(0.3, 1.5)});
+    full = to_millis(leader.period).count() < round;
     if (random() % 2 == 0) {
       leader.pause = to_nanos(Millis{uniform(0.05, 2.0)});
       leader.period = std::chrono::microseconds{100};
@@ -361,7 +361,7 @@ struct TurnsCase {
       trial::Place& place = schedule.subchains.emplace_back(trial::Place{.priority = priorities[i - 1]});
       place.after = plan::After{SubchainId(random() % i), 1 + static_cast<int>(random() % 2)};
       place.period = std::chrono::microseconds{100};
-      if (random() % 3 == 0) place.period = to_nanos(Millis{turn * uniform(0.5, 2.0)});
+      if (random() % 3 == 0) place.period = to_nanos(Millis{round * uniform(0.5, 2.0)});
     }
   }
 
@@ -369,8 +369,8 @@ struct TurnsCase {
   model::CostTable costs{of.app.graph, Millis{0}};
   trial::MeasuredRuns runs{};
   trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
-  double turn = 0.0;  // ms: a run of each
-  bool full = false;  // the leader's period is shorter
+  double round = 0.0;  // ms: a run of each
+  bool full = false;   // the leader's period is shorter
 };
 
 // No run takes longer than is promised, however full the core is.

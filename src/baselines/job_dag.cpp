@@ -140,9 +140,9 @@ class Scheduling {
 
 DagRun DagSchedule::run(std::size_t task, long number) const {
   const auto count = static_cast<long>(runs[task].size());
-  const long turn = floor_divide(number, count);
-  DagRun found = runs[task][static_cast<std::size_t>(number - turn * count)];
-  const double shift = static_cast<double>(turn) * hyperperiod;
+  const long cycle = floor_divide(number, count);
+  DagRun found = runs[task][static_cast<std::size_t>(number - cycle * count)];
+  const double shift = static_cast<double>(cycle) * hyperperiod;
   found.begin += shift;
   found.end += shift;
   return found;

@@ -1,5 +1,5 @@
 // When a plan is made, what it is made from, and what comes into force: the one loop that the runtime (in a thread) and
-// the simulator (in virtual time) both turn. What it needs from outside it asks a PlanningHost.
+// the simulator (in virtual time) both step. What it needs from outside it asks a PlanningHost.
 //
 // How a run's CPU time becomes a plan, in one direction:
 //   ran()     the run goes into the estimate of its node, mode and kind of core; one that hung does not, unless the
@@ -43,9 +43,9 @@
 
 namespace ctn::driver {
 
-// How often the loop is to be turned: often enough that changes are answered at once, and that nothing overflows that
+// How often the loop is to do a step: often enough that changes are answered at once, and that nothing overflows that
 // is collected in between.
-constexpr Nanos kPlanningTurn = std::chrono::milliseconds{50};
+constexpr Nanos kPlanningStep = std::chrono::milliseconds{50};
 
 // What making a plan took: CPU time of the thread that made it, and elapsed time.
 struct PlanningTime {
@@ -115,7 +115,7 @@ class PlanningLoop {
   // `app` outlives it.
   PlanningLoop(const graph::App& app, PlanningOptions options);
 
-  // --- before the first turn ---
+  // --- before the first step ---
   // Errors: a policy that needs costs and has none; the policy's own.
   Status decide_first();
   // Instead, where the first decision is given.
@@ -134,10 +134,10 @@ class PlanningLoop {
   void clock_known(NodeId node, const Ticks& ticks);
 
   // The app is to have these weights and bounds from now on, and to use these CPUs, of those that were given, not none
-  // of them. The next turn plans by that.
+  // of them. The next step plans by that.
   void change(graph::App app, os::CpuSet cpus);
 
-  // --- a turn ---
+  // --- a step ---
   // Looks at what has changed, and plans if that is due; none: nothing is due.
   [[nodiscard]] std::optional<Planned> plan(TimePoint now, PlanningHost& host);
   // What was planned, here or elsewhere, comes into force.
@@ -196,7 +196,7 @@ class PlanningLoop {
   policy::Decision decision_;
   Levels levels_;
   Nanos planning_cpu_{0};
-  bool cost_changed_ = false;  // since the last turn
+  bool cost_changed_ = false;  // since the last step
   bool asked_changed_ = false;
   bool plan_failed_ = false;  // and that was told
   bool no_cpus_ = false;      // none can be used, and that was told

@@ -76,7 +76,7 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
     const TimePoint begin = at(milliseconds{100} * number);
     loop.ran({node, number, begin, begin + cpu, cpu, 0, true, {}});
   }
-  void turn(PlanningLoop& loop, TimePoint now) {
+  void step(PlanningLoop& loop, TimePoint now) {
     if (std::optional<Planned> planned = loop.plan(now, *this)) loop.adopt(std::move(*planned), *this);
   }
 
@@ -118,13 +118,13 @@ TEST_F(PlanningLoopTest, LevelsRiseAndNeverFall) {
 TEST_F(PlanningLoopTest, PlansWithWhatIsKnownAndSaysWhatIsNot) {
   PlanningLoop loop = loop_of();
   run_one(loop, NodeId(0), 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   EXPECT_EQ(told, (Told{"plan bootstrap", "plan measured", "assumed-costs"}));
   EXPECT_EQ(tested->asked, (std::vector<double>{10.0}));
   EXPECT_EQ(loop.decision().plan->assumed, (std::vector<plan::AssumedCost>{{NodeId(1), Millis{5}}}));
   EXPECT_EQ(loop.decision().plan->subchains[0].execution, Millis{15});
   told.clear();
-  for (int second = 3; second < 30; ++second) turn(loop, at(seconds{second}));
+  for (int second = 3; second < 30; ++second) step(loop, at(seconds{second}));
   EXPECT_EQ(told, Told{}) << "said once";
 }
 
@@ -132,7 +132,7 @@ TEST_F(PlanningLoopTest, PlansAsOftenAsThePolicySaysAndTellsItThatTimeHasPassed)
   tested->every = seconds{5};
   PlanningLoop loop = loop_of();
   run(loop, 1, milliseconds{10});
-  for (int half_second = 4; half_second <= 36; ++half_second) turn(loop, at(milliseconds{500} * half_second));
+  for (int half_second = 4; half_second <= 36; ++half_second) step(loop, at(milliseconds{500} * half_second));
   EXPECT_EQ(tested->periodic, (std::vector<int>{0, 1, 2, 3})) << "after 2, 7, 12 and 17 s";
 }
 
@@ -140,13 +140,13 @@ TEST_F(PlanningLoopTest, ReplacesAPlanWithAssumedCostsAsSoonAsTheyAreKnown) {
   app.scheduler.replan = seconds{1000};
   PlanningLoop loop = loop_of();
   run_one(loop, NodeId(0), 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   told.clear();
   run_one(loop, NodeId(1), 1, milliseconds{5});
-  turn(loop, at(milliseconds{2300}));
+  step(loop, at(milliseconds{2300}));
   EXPECT_EQ(told, (Told{"plan measured", "assumed-costs"})) << "though what was assumed was right";
   EXPECT_TRUE(loop.decision().plan->assumed.empty());
-  turn(loop, at(seconds{4}));
+  step(loop, at(seconds{4}));
   EXPECT_EQ(told.size(), 2U);
 }
 
@@ -168,7 +168,7 @@ TEST_F(PlanningLoopTest, ForgetsANodesColdRunsOnceItHasOthers) {
   PlanningLoop loop = loop_of();
   const Nanos cpu[] = {milliseconds{90}, milliseconds{30}, milliseconds{30}, milliseconds{20}};
   for (std::uint64_t number = 1; number <= 4; ++number) run(loop, number, cpu[number - 1]);
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   EXPECT_EQ(tested->asked, (std::vector<double>{20.0}));
 }
 
@@ -176,9 +176,9 @@ TEST_F(PlanningLoopTest, AFailureIsToldOnceAndThePlanInForceStays) {
   PlanningLoop loop = loop_of();
   run(loop, 1, milliseconds{10});
   tested->fails = true;
-  turn(loop, at(seconds{2}));
-  turn(loop, at(seconds{20}));
-  turn(loop, at(seconds{40}));
+  step(loop, at(seconds{2}));
+  step(loop, at(seconds{20}));
+  step(loop, at(seconds{40}));
   EXPECT_GE(tested->asked.size(), 2U);
   EXPECT_EQ(told, (Told{"plan bootstrap", "replan-failed"}));
   EXPECT_TRUE(loop.decision().plan.has_value());
@@ -187,10 +187,10 @@ TEST_F(PlanningLoopTest, AFailureIsToldOnceAndThePlanInForceStays) {
 TEST_F(PlanningLoopTest, ACpuThatGoesIsPlannedForAtOnceAndThenTold) {
   PlanningLoop loop = loop_of({0, 1});
   run(loop, 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   told.clear();
   online = os::CpuSet{1};
-  turn(loop, at(seconds{2} + milliseconds{100}));
+  step(loop, at(seconds{2} + milliseconds{100}));
   EXPECT_EQ(told, (Told{"cpus", "plan cpus", "cpus 1"}));
   EXPECT_EQ(loop.decision().assignment.places.front().cpus, os::CpuSet{1});
   EXPECT_EQ(loop.decision().assignment.cores.size(), 2U) << "cores are those that were given";
@@ -199,12 +199,12 @@ TEST_F(PlanningLoopTest, ACpuThatGoesIsPlannedForAtOnceAndThenTold) {
 TEST_F(PlanningLoopTest, APlanThatNamesACpuThatIsGoneIsNotKeptWhateverFails) {
   PlanningLoop loop = loop_of({0, 1});
   run(loop, 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   const Nanos period = to_nanos(loop.decision().plan->subchains[0].period);
   told.clear();
   online = os::CpuSet{1};
   tested->fails = true;
-  turn(loop, at(seconds{3}));
+  step(loop, at(seconds{3}));
   EXPECT_EQ(told, (Told{"cpus", "replan-failed", "plan cpus", "cpus 1"}));
   EXPECT_FALSE(loop.decision().plan);
   const policy::SubchainPlace& place = loop.decision().assignment.places.front();
@@ -215,10 +215,10 @@ TEST_F(PlanningLoopTest, APlanThatNamesACpuThatIsGoneIsNotKeptWhateverFails) {
   EXPECT_EQ(place.pacing.max_in_flight, 1);
   EXPECT_EQ(loop.decision().assignment.cores.size(), 2U);
   told.clear();
-  turn(loop, at(seconds{5}));
+  step(loop, at(seconds{5}));
   EXPECT_EQ(told, Told{}) << "tried again, and said once";
   tested->fails = false;
-  turn(loop, at(seconds{7}));
+  step(loop, at(seconds{7}));
   EXPECT_EQ(told, (Told{"plan periodic"}));
   EXPECT_EQ(loop.decision().assignment.places.front().cpus, os::CpuSet{1});
 }
@@ -226,11 +226,11 @@ TEST_F(PlanningLoopTest, APlanThatNamesACpuThatIsGoneIsNotKeptWhateverFails) {
 TEST_F(PlanningLoopTest, RatesOnlyFollowWhatIsLeftOfTheCpus) {
   PlanningLoop loop = loop_of({0, 1, 2});
   run(loop, 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   tested->fails = true;
   for (const auto& [cpus, when] : {std::pair{os::CpuSet{1, 2}, seconds{3}}, {os::CpuSet{2}, seconds{4}}}) {
     online = cpus;
-    turn(loop, at(when));
+    step(loop, at(when));
     EXPECT_EQ(loop.decision().assignment.places.front().cpus, cpus);
   }
   EXPECT_EQ(std::count(told.begin(), told.end(), "replan-failed"), 2);
@@ -239,19 +239,19 @@ TEST_F(PlanningLoopTest, RatesOnlyFollowWhatIsLeftOfTheCpus) {
 TEST_F(PlanningLoopTest, WithoutAnyCpuItGoesOnAsPlannedAndSaysSoOnce) {
   PlanningLoop loop = loop_of({0, 1});
   run(loop, 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   told.clear();
   for (const os::CpuSet& none : {os::CpuSet{}, os::CpuSet{2}}) {
     online = none;
-    for (int second = 3; second < 6; ++second) turn(loop, at(seconds{second}));
+    for (int second = 3; second < 6; ++second) step(loop, at(seconds{second}));
     EXPECT_EQ(told, (Told{"cpus"}));
   }
   EXPECT_TRUE(loop.decision().plan.has_value());
   EXPECT_EQ(loop.cpus(), (os::CpuSet{0, 1}));
   online = os::CpuSet{0, 1};
-  turn(loop, at(seconds{7}));
+  step(loop, at(seconds{7}));
   online = os::CpuSet{};
-  turn(loop, at(seconds{8}));
+  step(loop, at(seconds{8}));
   EXPECT_EQ(told, (Told{"cpus", "cpus"})) << "told again when it happens again";
 }
 
@@ -262,12 +262,12 @@ TEST_F(PlanningLoopTest, WhatIsAskedIsPlannedForAtOnceWhateverThePlanInForceIsWo
   graph::App asked = app;
   asked.objective[0].weight = 7.0;
   loop.change(asked, {0});
-  turn(loop, at(milliseconds{50}));
+  step(loop, at(milliseconds{50}));
   EXPECT_EQ(told, (Told{"plan bootstrap", "plan asked"})) << "the bootstrap is not over, and nothing was measured";
-  turn(loop, at(milliseconds{100}));
+  step(loop, at(milliseconds{100}));
   EXPECT_EQ(told.size(), 2U);
   run(loop, 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   EXPECT_EQ(told.back(), "plan measured");
   EXPECT_EQ(loop.decision().plan->chains[0].weight, 7.0) << "from then on";
 }
@@ -275,21 +275,21 @@ TEST_F(PlanningLoopTest, WhatIsAskedIsPlannedForAtOnceWhateverThePlanInForceIsWo
 TEST_F(PlanningLoopTest, CpusThatAreAskedForAreThoseThatCountUntilOthersAre) {
   PlanningLoop loop = loop_of({0, 1});
   run(loop, 1, milliseconds{10});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   told.clear();
   loop.change(app, {1});
-  turn(loop, at(seconds{2} + milliseconds{50}));
+  step(loop, at(seconds{2} + milliseconds{50}));
   EXPECT_EQ(told, (Told{"cpus", "plan cpus", "cpus 1"})) << "not with the next look at the CPUs";
   EXPECT_EQ(loop.decision().assignment.places.front().cpus, os::CpuSet{1});
   told.clear();
   online = os::CpuSet{1};
-  turn(loop, at(seconds{3}));
+  step(loop, at(seconds{3}));
   EXPECT_EQ(told, Told{}) << "a CPU that is not used may go";
   loop.change(app, {0, 1});
-  turn(loop, at(seconds{4}));
+  step(loop, at(seconds{4}));
   EXPECT_EQ(told, (Told{"plan asked"})) << "the other is gone";
   online = os::CpuSet{0, 1};
-  turn(loop, at(seconds{5}));
+  step(loop, at(seconds{5}));
   EXPECT_EQ(loop.cpus(), (os::CpuSet{0, 1}));
 }
 
@@ -314,7 +314,7 @@ TEST_F(ExactRateTest, BeyondTheGuessIsMetAtALowerOneUntilNodesHaveRun) {
   for (const plan::AssumedCost& assumed : loop.decision().plan->assumed) EXPECT_LT(assumed.cost, Millis{5});
   told.clear();
   run(loop, 1, milliseconds{1});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   EXPECT_EQ(told, (Told{"plan measured", "assumed-costs"}));
   EXPECT_DOUBLE_EQ(period(loop).count(), 1000.0 / 300);
 }
@@ -323,12 +323,12 @@ TEST_F(ExactRateTest, AGuessThatWasLoweredIsKeptFromPlanToPlan) {
   app = with_rate("300Hz");
   PlanningLoop loop = loop_of();
   run_one(loop, NodeId(1), 1, milliseconds{1});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   const plan::Plan first = *loop.decision().plan;
   ASSERT_EQ(first.assumed.size(), 1U);
   EXPECT_LT(first.assumed[0].cost, Millis{5});
   told.clear();
-  for (int second = 3; second < 30; ++second) turn(loop, at(seconds{second}));
+  for (int second = 3; second < 30; ++second) step(loop, at(seconds{second}));
   EXPECT_EQ(told, Told{}) << "no plan replaces its equal";
 }
 
@@ -340,22 +340,22 @@ TEST_F(ExactRateTest, ThatCannotBeMetAsMeasuredIsRelaxedAndTightenedWhenItCan) {
     for (int k = 0; k < 60; ++k) run(loop, ++number, cpu);
   };
   runs(milliseconds{2});
-  turn(loop, at(seconds{7}));
+  step(loop, at(seconds{7}));
   EXPECT_EQ(period(loop), Millis{10});
   told.clear();
   runs(milliseconds{20});
-  turn(loop, at(seconds{14}));
+  step(loop, at(seconds{14}));
   ASSERT_TRUE(loop.decision().plan);
   EXPECT_EQ(told, (Told{"plan change", "relaxed"}));
   EXPECT_GE(period(loop), Millis{20});
   ASSERT_EQ(loop.decision().plan->relaxed.size(), 1U);
   EXPECT_EQ(loop.decision().plan->relaxed[0].key, "nodes.a.min_rate");
   EXPECT_EQ(loop.decision().plan->relaxed[0].planned, period(loop));
-  for (int second = 15; second < 40; ++second) turn(loop, at(seconds{second}));
+  for (int second = 15; second < 40; ++second) step(loop, at(seconds{second}));
   EXPECT_EQ(told.size(), 2U) << "no plan replaces its equal";
   told.clear();
   runs(milliseconds{2});
-  turn(loop, at(seconds{50}));
+  step(loop, at(seconds{50}));
   EXPECT_EQ(told, (Told{"plan change", "relaxed"}));
   EXPECT_EQ(period(loop), Millis{10});
   EXPECT_TRUE(loop.decision().plan->relaxed.empty());
@@ -365,17 +365,17 @@ TEST_F(ExactRateTest, ThatNeedsACpuThatGoesIsRelaxedOnThoseThatAreLeft) {
   app = in_frames(with_rate("100Hz"));
   PlanningLoop loop = loop_of({0, 1});
   run(loop, 1, std::chrono::microseconds{9500});
-  turn(loop, at(seconds{2}));
+  step(loop, at(seconds{2}));
   EXPECT_EQ(period(loop), Millis{10});
   told.clear();
   online = os::CpuSet{1};
-  turn(loop, at(seconds{3}));
+  step(loop, at(seconds{3}));
   EXPECT_EQ(told, (Told{"cpus", "plan cpus", "relaxed", "cpus 1"}));
   EXPECT_GT(period(loop), Millis{10.5}) << "b has at least 1 ms of each frame";
   for (const policy::SubchainPlace& place : loop.decision().assignment.places) EXPECT_EQ(place.cpus, os::CpuSet{1});
   told.clear();
   online = os::CpuSet{0, 1};
-  turn(loop, at(seconds{4}));
+  step(loop, at(seconds{4}));
   EXPECT_EQ(told, (Told{"cpus", "plan cpus", "relaxed", "cpus 0-1"}));
   EXPECT_EQ(period(loop), Millis{10});
 }

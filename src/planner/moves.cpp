@@ -227,13 +227,13 @@ void Moves::line_up(Schedule& schedule, const std::vector<std::size_t>& line) co
     return std::find(chain.begin(), chain.end(), leader) != chain.end();
   });
   std::vector<int> priorities;
-  double turn = 0.0;  // how long all take, one after the other
+  double round = 0.0;  // how long all take, one after the other
   for (const std::size_t i : line) {
     priorities.push_back(schedule.subchains[i].priority);
-    turn += cost_[i];
+    round += cost_[i];
   }
   std::sort(priorities.rbegin(), priorities.rend());
-  std::vector<double> turns(schedule.subchains.size(), 1.0);  // of the first one's, to one of its own
+  std::vector<double> rounds(schedule.subchains.size(), 1.0);  // of the first one's runs, to one of its own
   for (std::size_t at = 1; at < line.size(); ++at) {
     const std::size_t i = line[at];
     Place& place = schedule.subchains[i];
@@ -245,23 +245,23 @@ void Moves::line_up(Schedule& schedule, const std::vector<std::size_t>& line) co
     }
     const bool with_first =
         together != chains_.end() && std::find(together->begin(), together->end(), i) != together->end();
-    const double asked = with_first ? 1.0 : to_millis(place.period).count() / turn;
-    const int every = std::max(1, static_cast<int>(std::lround(asked / turns[followed])));
-    turns[i] = every * turns[followed];
+    const double asked = with_first ? 1.0 : to_millis(place.period).count() / round;
+    const int every = std::max(1, static_cast<int>(std::lround(asked / rounds[followed])));
+    rounds[i] = every * rounds[followed];
     place.after = plan::After{SubchainId(followed), every};
     place.pause.reset();
     place.clock.reset();
     place.phase = Nanos{0};
     place.priority = priorities[at - 1];
-    place.period = std::max(to_nanos(Millis{kHeldApart * turns[i] * turn}), limits_[i].held_apart);
+    place.period = std::max(to_nanos(Millis{kHeldApart * rounds[i] * round}), limits_[i].held_apart);
   }
-  constexpr double kRest = 0.07;  // of a turn: the slack
+  constexpr double kRest = 0.07;  // of a round: the slack
   Place& first = schedule.subchains[leader];
   first.priority = priorities.back();
   first.period = limits_[leader].shortest;
   first.phase = Nanos{0};
   first.clock.reset();
-  first.pause = to_nanos(Millis{kRest * turn});
+  first.pause = to_nanos(Millis{kRest * round});
 }
 
 std::size_t Moves::some_predecessor(std::size_t subchain, Random& random) const {

@@ -178,7 +178,7 @@ TEST_F(FallInLine, EachRunsAfterTheOneBeforeItAndTheFirstAfterAll) {
   EXPECT_EQ(leader_of("c"), subchain("b"));
   EXPECT_EQ(place("c").after->every, 1);
   EXPECT_EQ(leader_of("e"), subchain("a"));
-  EXPECT_EQ(place("e").after->every, 5) << "a turn of all takes 13 ms";
+  EXPECT_EQ(place("e").after->every, 5) << "a round of all takes 13 ms";
   EXPECT_GT(place("b").priority, place("c").priority);
   for (const char* node : {"b", "c", "e"}) EXPECT_LT(place("a").priority, place(node).priority);
   EXPECT_FALSE(place("d").after || place("d").pause);

@@ -1,5 +1,5 @@
 // Catan's policy that plans by what schedules come to in virtual time (planner/schedule_search.h), while the app runs:
-// a first plan by formulas within milliseconds of CPU time, then a little better with every turn of the planning loop,
+// a first plan by formulas within milliseconds of CPU time, then a little better with every step of the planning loop,
 // as the budget allows (planning_budget.h).
 //
 // How a decision is made:

@@ -69,10 +69,10 @@ struct Asked {
     return true;
   }
 
-  // The first plan of costs as they are, and some turns of the loop that make it better.
-  void search(int turns = 20) {
+  // The first plan of costs as they are, and some steps of the loop that make it better.
+  void search(int steps = 20) {
     decide(PlanReason::kMeasured);
-    for (; turns > 0 && goes_on(); --turns) decide(PlanReason::kPeriodic);
+    for (; steps > 0 && goes_on(); --steps) decide(PlanReason::kPeriodic);
   }
   // ... until nothing more is found.
   void settle() { search(1000); }
@@ -294,7 +294,7 @@ scheduler: { slack: 0% }
   ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
   EXPECT_EQ(asked.in_force.plan->subchains[0].threads, 2) << "taken to scale";
   asked.costs.set(NodeId(0), model::CostProfile::constant(Millis{10}).with_measured({{2, Millis{11}}}));
-  for (int turn = 0; turn < 5; ++turn) asked.decide(PlanReason::kPeriodic);
+  for (int step = 0; step < 5; ++step) asked.decide(PlanReason::kPeriodic);
   EXPECT_EQ(asked.in_force.plan->subchains[0].threads, 1);
   const Status valid = plan::validate(*asked.in_force.plan, asked.app, asked.costs, 2);
   EXPECT_TRUE(valid.ok()) << valid.error().message();

@@ -187,9 +187,9 @@ class PanelScript {
                            more.empty() ? fmt::format(" tc rgb '{}'", kInkColour) : more);
   }
   Style style(std::size_t index) const {
-    std::size_t turn = 0;  // series with a colour of their own take none of the palette
-    for (std::size_t i = 0; i < index; ++i) turn += panel_.series[i].colour ? 0 : 1;
-    const Colour colour = panel_.series[index].colour.value_or(kPalette[turn % kPalette.size()]);
+    std::size_t taken = 0;  // series with a colour of their own take none of the palette
+    for (std::size_t i = 0; i < index; ++i) taken += panel_.series[i].colour ? 0 : 1;
+    const Colour colour = panel_.series[index].colour.value_or(kPalette[taken % kPalette.size()]);
     return {rgb(colour), kShapes[index % kShapes.size()]};
   }
   static const char* dash(Line line) { return line == Line::kDashed ? "dashtype (5,4)" : "dashtype solid"; }

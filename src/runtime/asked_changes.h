@@ -1,5 +1,5 @@
 // What is asked to be different while a session runs (catan/changes.h): checked where it is asked, all of it or
-// nothing, and taken by the housekeeping thread in its next turn, which follows at once.
+// nothing, and taken by the housekeeping thread in its next step, which follows at once.
 //
 // Thread safety: every call from any thread (it locks).
 #pragma once

@@ -13,7 +13,7 @@ namespace ctn::runtime {
 namespace {
 
 // Rings of 4096 reports hold what even a 10 kHz node says in between.
-constexpr Nanos kTurn = driver::kPlanningTurn;
+constexpr Nanos kStep = driver::kPlanningStep;
 constexpr Nanos kFlushEvery = std::chrono::seconds{1};
 // By then controllers have carried out what was published: a frame has ended, or a run.
 constexpr Nanos kSettled = std::chrono::seconds{1};
@@ -61,10 +61,10 @@ void Housekeeping::pace_registered() {
 void Housekeeping::run(const std::function<bool(TimePoint)>& sleep_until) {
   allowed_.watch(os_.current_thread());
   TimePoint next_flush = os_.now() + kFlushEvery;
-  while (sleep_until(os_.now() + kTurn)) turn(next_flush);
+  while (sleep_until(os_.now() + kStep)) step(next_flush);
 }
 
-void Housekeeping::turn(TimePoint& next_flush) {
+void Housekeeping::step(TimePoint& next_flush) {
   collector_.collect();
   const TimePoint now = os_.now();
   if (recorder_ != nullptr) recorder_->show_alive(now);

@@ -1,5 +1,5 @@
 // The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it collects what was reported
-// (collector.h), updates which nodes are registered (registered_nodes.h), turns the planning loop
+// (collector.h), updates which nodes are registered (registered_nodes.h), does a step of the planning loop
 // (driver/planning_loop.h), and writes the record. Nothing on the hot path ever waits for it.
 //
 // Its thread has it alone (owning_thread.h). What other threads tell it goes through RegisteredNodes and Notices, and
@@ -45,7 +45,7 @@ class Housekeeping : private driver::PlanningHost {
   void begin(TimePoint start);
   // The subchains whose nodes have all registered are paced. To be called before controllers run.
   void pace_registered();
-  // Turns until `sleep_until` says that it is to end.
+  // Goes on until `sleep_until` says that it is to end.
   void run(const std::function<bool(TimePoint)>& sleep_until);
   // Once all nodes have ended: collects the rest, closes the record. Errors: the first of the record.
   Status finish();
@@ -62,7 +62,7 @@ class Housekeeping : private driver::PlanningHost {
   void cpus_changed(const os::CpuSet& cpus) override;
   void notice(const std::string& kind, const std::string& detail) override { log_.notice({os_.now(), kind, detail}); }
 
-  void turn(TimePoint& next_flush);
+  void step(TimePoint& next_flush);
   void publish();
   void carry_out_changes(TimePoint now);
   void keep_places(TimePoint now);

@@ -13,17 +13,17 @@ using std::chrono::milliseconds;
 
 class OwningThreadTest : public ::testing::Test {
  protected:
-  using Turns = std::vector<TimePoint>;
+  using Steps = std::vector<TimePoint>;
 
   void start() {
-    thread.start("turns", [this](Turns& turns) {
+    thread.start("steps", [this](Steps& steps) {
       EXPECT_TRUE(thread.is_current());
-      while (thread.sleep_until(fake.now() + milliseconds{10})) turns.push_back(fake.now());
+      while (thread.sleep_until(fake.now() + milliseconds{10})) steps.push_back(fake.now());
     });
   }
 
   os::FakeOs fake;
-  OwningThread<Turns> thread{fake};
+  OwningThread<Steps> thread{fake};
 };
 
 TEST_F(OwningThreadTest, ItsStateIsTheOwnersBeforeAndAfter) {
@@ -32,15 +32,15 @@ TEST_F(OwningThreadTest, ItsStateIsTheOwnersBeforeAndAfter) {
   fake.sleep_until(TimePoint{milliseconds{25}});
   thread.request_stop();
   thread.join();
-  EXPECT_EQ(thread.idle(), (Turns{TimePoint{}, TimePoint{milliseconds{10}}, TimePoint{milliseconds{20}}}));
+  EXPECT_EQ(thread.idle(), (Steps{TimePoint{}, TimePoint{milliseconds{10}}, TimePoint{milliseconds{20}}}));
   EXPECT_FALSE(thread.is_current());
 }
 
 TEST_F(OwningThreadTest, AWakeIsNotLostWhileItDoesNotSleep) {
   thread.wake();
-  thread.start("turns", [this](Turns& turns) {
+  thread.start("steps", [this](Steps& steps) {
     while (thread.sleep_until(fake.now() + milliseconds{10})) {
-      turns.push_back(fake.now());
+      steps.push_back(fake.now());
       fake.sleep_until(fake.now() + milliseconds{2});
     }
   });
@@ -51,7 +51,7 @@ TEST_F(OwningThreadTest, AWakeIsNotLostWhileItDoesNotSleep) {
   fake.sleep_until(TimePoint{milliseconds{8}});
   thread.request_stop();
   thread.join();
-  EXPECT_EQ(thread.idle(), (Turns{TimePoint{milliseconds{5}}, TimePoint{milliseconds{7}}}));
+  EXPECT_EQ(thread.idle(), (Steps{TimePoint{milliseconds{5}}, TimePoint{milliseconds{7}}}));
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ void Server::serve(Key key) {
   }
   // A client has two keys: its socket's, which is even, and its process's.
   const auto client = clients_.find(key & ~Key{1});
-  if (client == clients_.end()) return;  // turned away in this turn
+  if (client == clients_.end()) return;  // turned away just now
   if ((key & 1U) != 0) return disconnect(client->first, "its process has ended");
   receive_from(client->first, client->second);
 }

@@ -85,8 +85,8 @@ TEST_F(SharedTest, OrdinaryThreadsGetTheSlack) {
   const TimePoint begin = fake.now();
   run_for(seconds{10});
   Nanos had{0};
-  for (const os::FakeCpus::Turn& turn : fake.turns()) {
-    if (turn.level == os::Level::kOrdinary && turn.cpu == 0) had += turn.end - turn.begin;
+  for (const os::FakeCpus::Stretch& stretch : fake.stretches()) {
+    if (stretch.level == os::Level::kOrdinary && stretch.cpu == 0) had += stretch.end - stretch.begin;
   }
   EXPECT_GE(to_millis(had) / to_millis(fake.now() - begin), 0.055);
 }
@@ -153,7 +153,7 @@ TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
   EXPECT_FALSE(snapshot.real_time);
   ASSERT_FALSE(snapshot.notices.empty());
   EXPECT_EQ(snapshot.notices[0], "rates-only: no right to");
-  for (const os::FakeCpus::Turn& turn : fake.turns()) EXPECT_EQ(turn.level, os::Level::kOrdinary);
+  for (const os::FakeCpus::Stretch& stretch : fake.stretches()) EXPECT_EQ(stretch.level, os::Level::kOrdinary);
   // Without levels, turns on the core are not as planned to the last run.
   expect_planned_rates(
       engine->app(), snapshot,
@@ -203,8 +203,8 @@ TEST_F(SharedTest, ACpuThatGoesIsPlannedWithoutUntilItComesBack) {
   EXPECT_GT(rate(snapshot, "scan"), 50.0);
   EXPECT_GT(rate(snapshot, "map"), 4.0);
   Nanos late{0};  // on the CPU that came back
-  for (const os::FakeCpus::Turn& turn : fake.turns()) {
-    if (turn.cpu == 1 && turn.begin > TimePoint{seconds{11}}) late += turn.end - turn.begin;
+  for (const os::FakeCpus::Stretch& stretch : fake.stretches()) {
+    if (stretch.cpu == 1 && stretch.begin > TimePoint{seconds{11}}) late += stretch.end - stretch.begin;
   }
   EXPECT_GT(late, milliseconds{500});
 }

@@ -28,7 +28,7 @@ struct MachineCosts {
   Nanos dispatch_event = std::chrono::microseconds{8};   // that the end of a run woke
   Nanos run_overhead = std::chrono::microseconds{2};     // a run: to be woken, to report, to wake the next
   Nanos run_jitter = std::chrono::microseconds{20};      // at most so much more: runs that do the same differ a little
-  Nanos collect = std::chrono::microseconds{60};         // one turn of the housekeeping thread
+  Nanos collect = std::chrono::microseconds{60};         // one step of the housekeeping thread
   Nanos planning = std::chrono::microseconds{400};       // making a new plan
 
   static MachineCosts none();

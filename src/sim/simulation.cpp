@@ -216,7 +216,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
     const Machine& machine = options_.machine;
     cpus_.set_cpus(housekeeping_,
                    machine.housekeeping_elsewhere ? CpuMask::only(machine.cores) : CpuMask(setting_.cpus));
-    if (loop_.adapts()) cpus_.wake_at(housekeeping_, TimePoint{} + driver::kPlanningTurn);
+    if (loop_.adapts()) cpus_.wake_at(housekeeping_, TimePoint{} + driver::kPlanningStep);
     for (const BackgroundLoad& load : machine.background) {
       const Cpus::Thread thread = housekeeping_ + 1 + static_cast<Cpus::Thread>(background_.size());
       background_.push_back({std::max(load.period, Nanos{1}), TimePoint{}});
@@ -236,7 +236,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
 
   void wake(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
 
-  // --- Re-planning: the loop is turned in the housekeeping thread ---
+  // --- Re-planning: the loop does its steps in the housekeeping thread ---
 
   Nanos do_housekeeping() {
     const Nanos collect = options_.machine.costs.collect;
@@ -252,7 +252,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
 
   void end_housekeeping() {
     if (std::optional<driver::Planned> next = std::exchange(next_, std::nullopt)) loop_.adopt(std::move(*next), *this);
-    cpus_.wake_at(housekeeping_, cpus_.now() + driver::kPlanningTurn);
+    cpus_.wake_at(housekeeping_, cpus_.now() + driver::kPlanningStep);
   }
 
   Result<os::CpuSet> usable_cpus() override { return setting_.cpus; }
@@ -326,7 +326,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
   std::vector<Problem> mistakes_;  // of functions
 
   std::size_t plans_followed_ = 0;       // of those that are given
-  std::optional<driver::Planned> next_;  // in force once the housekeeping thread's turn has ended
+  std::optional<driver::Planned> next_;  // in force once the housekeeping thread's step has ended
 };
 
 Result<std::unique_ptr<Simulation>> Simulation::create(const graph::App& app, std::unique_ptr<RunCosts> costs,

@@ -13,7 +13,7 @@
 //   clocks.h        clocks that are not Catan's: phases and drift
 //   controllers.h   controllers: the drivers of `driver` on simulated threads
 //   outcome.h       what it came to
-// Here they are put together, and the planning loop (driver/planning_loop.h) is turned as the runtime turns it.
+// Here they are put together, and the planning loop (driver/planning_loop.h) does its steps as in the runtime.
 //
 // What is left out: runs do not slow each other down through caches and memory; threads that the app has besides those
 // of its nodes; CPUs that come, go or change their speed; nodes that fail. docs/simulation.md says how far it is from

@@ -40,7 +40,7 @@ Nanos sliding(Nanos period, Nanos horizon) {
 }
 
 // Of such calls `part` are true, evenly; `owed`: since the last that was.
-bool is_turn(double& owed, double part) {
+bool falls_evenly(double& owed, double part) {
   constexpr double kRounding = 1e-9;
   owed += part;
   if (owed < 1.0 - kRounding) return false;
@@ -194,13 +194,13 @@ void Machine::run_until(TimePoint end) {
   while (timers_.next() <= end) {
     now_ = std::max(now_, timers_.next());
     ++events_;
-    turn(timers_.next_source());
+    carry_out(timers_.next_source());
     settle();
   }
   now_ = end;
 }
 
-void Machine::turn(Timers::Source source) {
+void Machine::carry_out(Timers::Source source) {
   if (source < source_of_subchain(0)) return core_event(static_cast<int>(source));
   timers_.set(source, kNever);
   if (source < source_of_unscheduled(0)) return pace(subchains_[source - source_of_subchain(0)], WokenBy::kTimer);
@@ -285,7 +285,7 @@ Nanos Machine::begin_run(NodeId id, int core) {
 // Whether the run that begins is idle. Of those that find nothing new, so many are, evenly.
 bool Machine::begin_idle(Idler& idler, bool is_new) {
   idler.is_new = is_new;
-  idler.is_idle = !is_new && is_turn(idler.owed, idler.idle.part);
+  idler.is_idle = !is_new && falls_evenly(idler.owed, idler.idle.part);
   return idler.is_idle;
 }
 
@@ -357,7 +357,7 @@ bool Machine::emits(NodeId id) {
 // At its first run, and then on average once a period, as long as it runs at least that often; or evenly, as many of
 // its runs as were measured.
 bool Machine::output_due(Node& node) const {
-  if (node.output_period == Nanos{0}) return is_turn(node.outputs_owed, node.outputs_per_run);
+  if (node.output_period == Nanos{0}) return falls_evenly(node.outputs_owed, node.outputs_per_run);
   if (node.next_output && now_ < *node.next_output) return false;
   node.next_output = std::max(node.next_output.value_or(now_) + node.output_period, now_);
   return true;

@@ -163,7 +163,7 @@ class Machine {
   void add_pipelines();
   void start();
   void run_until(TimePoint end);
-  void turn(Timers::Source source);
+  void carry_out(Timers::Source source);
   void set_timer(Timers::Source source, TimePoint due, std::uint32_t& timers_set);
   void touch(int core);
   void settle();

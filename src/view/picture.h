@@ -37,7 +37,7 @@ struct Core {
   std::optional<int> cpu;   // none: no run has shown yet which CPU this core of the plan is
   std::optional<int> core;  // its number in the plan; none: the plan does not use it
   Sharing sharing = Sharing::kNone;
-  std::optional<double> frame_ms;  // how long one turn is planned to take
+  std::optional<double> frame_ms;  // how long one round is planned to take
   double busy = 0.0;
   std::vector<CoreUse> uses;  // those that the plan puts there, in its order, then others
 };

@@ -137,17 +137,17 @@ struct Routes::Impl {
   void stream(httplib::Response& response) {
     const TimePoint until = os.now() + limits.stream;
     response.set_chunked_content_provider(
-        "text/event-stream", [this, until, turn = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
+        "text/event-stream", [this, until, sent = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
           // That a client has gone is noticed when something is written to it.
-          if (turn > 0) stop.wait(std::min(until, os.now() + limits.step));
+          if (sent > 0) stop.wait(std::min(until, os.now() + limits.step));
           if (stop.given() || os.now() >= until) {
             sink.done();
             return true;
           }
-          std::string text = turn == 0 ? "retry: 2000\n\n" : "";
+          std::string text = sent == 0 ? "retry: 2000\n\n" : "";
           text += event_text("live", live);
-          if (turn % 2 == 0) text += event_text("timeline", timeline);
-          ++turn;
+          if (sent % 2 == 0) text += event_text("timeline", timeline);
+          ++sent;
           return sink.write(text.data(), text.size());
         });
   }

@@ -35,7 +35,7 @@ using AnswerJson = nlohmann::ordered_json;
 // CPUs.
 constexpr Nanos kSearchWork = std::chrono::seconds{1};
 constexpr Nanos kSearchWithin = std::chrono::seconds{3};
-constexpr int kMaxTurns = 2000;
+constexpr int kMaxSteps = 2000;
 constexpr double kMaxTimes = 1000.0;
 constexpr Nanos kLongest = std::chrono::hours{240};  // as in all other durations that users write
 constexpr auto kLongestNanos = static_cast<double>(kLongest.count());
@@ -145,7 +145,7 @@ Result<std::shared_ptr<const policy::Policy>> policy_of(const KnownSoFar& known)
   return policy;
 }
 
-// Plans as a session does after a change: at once, and then better with every turn.
+// Plans as a session does after a change: at once, and then better with every step.
 Result<plan::Plan> planned_for(const policy::Policy& policy, policy::Situation situation, os::Clock& clock) {
   const TimePoint until = clock.now() + kSearchWithin;
   const std::unique_ptr<policy::Memory> memory = policy.make_memory();
@@ -157,9 +157,9 @@ Result<plan::Plan> planned_for(const policy::Policy& policy, policy::Situation s
     return Error::caller("no plan was found for that", "loosen bounds, lower costs or rates, or ask for more cores");
   policy::Decision decision = std::move(**first);
   situation.why = policy::PlanReason::kPeriodic;
-  for (int turn = 1; memory && turn <= kMaxTurns && memory->work() < kSearchWork && clock.now() < until; ++turn) {
+  for (int step = 1; memory && step <= kMaxSteps && memory->work() < kSearchWork && clock.now() < until; ++step) {
     if (!memory->more_to_do(situation.min_runs)) break;
-    situation.periodic = turn;
+    situation.periodic = step;
     Result<std::optional<policy::Decision>> better = policy::replacement(policy, situation, decision);
     if (better && *better && (*better)->plan) decision = std::move(**better);
   }

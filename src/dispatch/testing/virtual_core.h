@@ -101,7 +101,7 @@ class VirtualCore {
   // Which threads had the CPU, in order.
   std::vector<Ran> trace() const {
     std::vector<Ran> trace;
-    for (const os::FakeCpus::Turn& turn : cpus_.turns()) trace.push_back(ran_in(turn));
+    for (const os::FakeCpus::Stretch& stretch : cpus_.stretches()) trace.push_back(ran_in(stretch));
     return trace;
   }
 
@@ -109,8 +109,8 @@ class VirtualCore {
   Nanos cpu_time(std::optional<SubchainId> subchain, TimePoint begin, TimePoint end,
                  std::optional<MemberLevel> level = {}) const {
     Nanos sum{0};
-    for (const os::FakeCpus::Turn& turn : cpus_.turns()) {
-      const Ran ran = ran_in(turn);
+    for (const os::FakeCpus::Stretch& stretch : cpus_.stretches()) {
+      const Ran ran = ran_in(stretch);
       if (ran.subchain != subchain || (level && ran.level != *level)) continue;
       sum += std::max(Nanos{0}, std::min(ran.end, end) - std::max(ran.begin, begin));
     }
@@ -167,8 +167,8 @@ class VirtualCore {
     return level == os::Level::kActive ? MemberLevel::kActive : MemberLevel::kBackground;
   }
 
-  static Ran ran_in(const os::FakeCpus::Turn& turn) {
-    return {subchain_of(turn.thread), level_of(turn.level), turn.begin, turn.end};
+  static Ran ran_in(const os::FakeCpus::Stretch& stretch) {
+    return {subchain_of(stretch.thread), level_of(stretch.level), stretch.begin, stretch.end};
   }
 
   // Those that compete for the CPU have a run under way and are raised.

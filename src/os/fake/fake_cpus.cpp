@@ -170,16 +170,16 @@ std::vector<ThreadId> FakeCpus::pass(TimePoint now, Nanos duration) {
 }
 
 void FakeCpus::record(const Claim& claim, TimePoint begin, TimePoint end) {
-  const auto [last, first_on_cpu] = last_turn_.try_emplace(*claim.cpu, turns_.size());
+  const auto [last, first_on_cpu] = last_stretch_.try_emplace(*claim.cpu, stretches_.size());
   if (!first_on_cpu) {
-    Turn& turn = turns_[last->second];
-    if (turn.thread == claim.thread && turn.level == claim.level && turn.end == begin) {
-      turn.end = end;
+    Stretch& stretch = stretches_[last->second];
+    if (stretch.thread == claim.thread && stretch.level == claim.level && stretch.end == begin) {
+      stretch.end = end;
       return;
     }
   }
-  last->second = turns_.size();
-  turns_.push_back({*claim.cpu, claim.thread, claim.level, begin, end});
+  last->second = stretches_.size();
+  stretches_.push_back({*claim.cpu, claim.thread, claim.level, begin, end});
 }
 
 std::string FakeCpus::describe(ThreadId thread) const {

@@ -29,13 +29,13 @@ class FakeCpus {
   static constexpr Nanos kSlice = std::chrono::milliseconds(3);
 
   // A thread had a CPU for a while, at one level.
-  struct Turn {
+  struct Stretch {
     int cpu;
     ThreadId thread;
     Level level;
     TimePoint begin;
     TimePoint end;
-    friend bool operator==(const Turn&, const Turn&) = default;
+    friend bool operator==(const Stretch&, const Stretch&) = default;
   };
 
   // A claim at the end of its level's line, with nothing to consume. Precondition: it has none; `usable` is not empty.
@@ -61,8 +61,8 @@ class FakeCpus {
   // Precondition: duration <= next_event(). Returns the threads that had a CPU.
   std::vector<ThreadId> pass(TimePoint now, Nanos duration);
 
-  // In the order in which they began, of those by CPU. A turn goes on while the same thread keeps CPU and level.
-  const std::vector<Turn>& turns() const { return turns_; }
+  // In the order in which they began, of those by CPU. A stretch goes on while the same thread keeps CPU and level.
+  const std::vector<Stretch>& stretches() const { return stretches_; }
   // "has CPU 1, 3 ms to go"; empty for a thread without a claim.
   std::string describe(ThreadId thread) const;
 
@@ -91,8 +91,8 @@ class FakeCpus {
   std::map<ThreadId, int> last_cpu_;
   std::int64_t front_ = 0;
   std::int64_t end_ = 0;
-  std::vector<Turn> turns_;
-  std::map<int, std::size_t> last_turn_;  // of each CPU
+  std::vector<Stretch> stretches_;
+  std::map<int, std::size_t> last_stretch_;  // of each CPU
 };
 
 }  // namespace ctn::os

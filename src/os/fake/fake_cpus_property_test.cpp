@@ -42,7 +42,7 @@ struct Want {
 };
 
 struct Story {
-  std::vector<FakeCpus::Turn> turns;
+  std::vector<FakeCpus::Stretch> stretches;
   std::vector<Want> wants;
   std::map<TimePoint, Settings> settings;  // from then on
   std::map<ThreadId, Nanos> asked;         // of CPU time
@@ -61,7 +61,7 @@ class Stage {
       threads.push_back(os_.spawn("", [this, &steps] { act(steps); }));
     }
     threads.clear();
-    story_.turns = os_.turns();
+    story_.stretches = os_.stretches();
     story_.end = os_.now();
     return std::move(story_);
   }
@@ -156,7 +156,7 @@ Program any_program() {
 // Instants between which nothing changes, but for which threads want a CPU and which have one.
 std::set<TimePoint> instants(const Story& story) {
   std::set<TimePoint> times;
-  for (const FakeCpus::Turn& turn : story.turns) times.insert({turn.begin, turn.end});
+  for (const FakeCpus::Stretch& stretch : story.stretches) times.insert({stretch.begin, stretch.end});
   for (const Want& want : story.wants) times.insert({want.begin, want.end});
   for (const auto& [time, settings] : story.settings) times.insert(time);
   return times;
@@ -166,12 +166,12 @@ std::set<TimePoint> instants(const Story& story) {
 std::map<int, ThreadId> holders(const Story& story, TimePoint time, const Settings& settings) {
   std::map<int, ThreadId> found;
   std::set<ThreadId> threads;
-  for (const FakeCpus::Turn& turn : story.turns) {
-    if (turn.begin > time || turn.end <= time) continue;
-    RC_ASSERT(found.emplace(turn.cpu, turn.thread).second);
-    RC_ASSERT(threads.insert(turn.thread).second);
-    RC_ASSERT(settings.at(turn.thread).level == turn.level);
-    RC_ASSERT(settings.at(turn.thread).cpus.contains(turn.cpu));
+  for (const FakeCpus::Stretch& stretch : story.stretches) {
+    if (stretch.begin > time || stretch.end <= time) continue;
+    RC_ASSERT(found.emplace(stretch.cpu, stretch.thread).second);
+    RC_ASSERT(threads.insert(stretch.thread).second);
+    RC_ASSERT(settings.at(stretch.thread).level == stretch.level);
+    RC_ASSERT(settings.at(stretch.thread).cpus.contains(stretch.cpu));
   }
   return found;
 }
@@ -206,10 +206,10 @@ RC_GTEST_PROP(SharedCpusOfRandomPrograms, GiveEveryThreadWhatItAskedAndNoMoreTha
   Story story = Stage().play(program);
   std::map<ThreadId, Nanos> served;
   Nanos sum{0};
-  for (const FakeCpus::Turn& turn : story.turns) {
-    RC_ASSERT(turn.begin < turn.end);
-    served[turn.thread] += turn.end - turn.begin;
-    sum += turn.end - turn.begin;
+  for (const FakeCpus::Stretch& stretch : story.stretches) {
+    RC_ASSERT(stretch.begin < stretch.end);
+    served[stretch.thread] += stretch.end - stretch.begin;
+    sum += stretch.end - stretch.begin;
   }
   for (const auto& [thread, had] : story.had) {
     RC_ASSERT(had == story.asked[thread]);

@@ -21,7 +21,7 @@ TEST_F(SharedCpus, AHigherLevelPreemptsAtOnce) {
   burner("mid", Level::kActive, {0}, 2ms, 4ms);
   burner("high", Level::kUnscheduled, {0}, 3ms, 1ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 low 1-2", "0 mid 2-3", "0 high 3-4", "0 mid 4-7", "0 low 7-10"));
+  EXPECT_THAT(stretches(), ElementsAre("0 low 1-2", "0 mid 2-3", "0 high 3-4", "0 mid 4-7", "0 low 7-10"));
 }
 
 TEST_F(SharedCpus, ALowerLevelWaitsForItsTurn) {
@@ -29,7 +29,7 @@ TEST_F(SharedCpus, ALowerLevelWaitsForItsTurn) {
   burner("low", Level::kBackground, {0}, 2ms, 1ms);
   burner("ordinary", Level::kOrdinary, {0}, 2ms, 1ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 high 1-6", "0 low 6-7", "0 ordinary 7-8"));
+  EXPECT_THAT(stretches(), ElementsAre("0 high 1-6", "0 low 6-7", "0 ordinary 7-8"));
 }
 
 TEST_F(SharedCpus, RaisingAWaitingThreadMidBurnHandsItTheCpu) {
@@ -38,7 +38,7 @@ TEST_F(SharedCpus, RaisingAWaitingThreadMidBurnHandsItTheCpu) {
   os.sleep_until(at(3ms));
   os.shift_level(waiting, Level::kUnscheduled);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 active 1-3", "0 waiting 3-5", "0 active 5-8"));
+  EXPECT_THAT(stretches(), ElementsAre("0 active 1-3", "0 waiting 3-5", "0 active 5-8"));
 }
 
 TEST_F(SharedCpus, LoweringABurningThreadTakesTheCpuFromIt) {
@@ -47,7 +47,7 @@ TEST_F(SharedCpus, LoweringABurningThreadTakesTheCpuFromIt) {
   os.sleep_until(at(3ms));
   os.shift_level(burning, Level::kOrdinary);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 burning 1-3", "0 waiting 3-5", "0 burning 5-8"));
+  EXPECT_THAT(stretches(), ElementsAre("0 burning 1-3", "0 waiting 3-5", "0 burning 5-8"));
 }
 
 TEST_F(SharedCpus, SwappingTwoLevelsInOneInstantSwapsWhoBurns) {
@@ -57,7 +57,7 @@ TEST_F(SharedCpus, SwappingTwoLevelsInOneInstantSwapsWhoBurns) {
   os.shift_level(first, Level::kBackground);
   os.shift_level(second, Level::kActive);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-3", "0 second 3-8", "0 first 8-11"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-3", "0 second 3-8", "0 first 8-11"));
 }
 
 // --- The line of equals ---
@@ -67,7 +67,7 @@ TEST_F(SharedCpus, EqualsAreServedInTheOrderInWhichTheyCame) {
   burner("first", Level::kActive, {0}, 1ms, 20ms);
   burner("second", Level::kActive, {0}, 2ms, 2ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-21", "0 second 21-23", "0 third 23-25"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-21", "0 second 21-23", "0 third 23-25"));
 }
 
 TEST_F(SharedCpus, WhoIsPreemptedStaysFirstOfItsLevel) {
@@ -75,7 +75,7 @@ TEST_F(SharedCpus, WhoIsPreemptedStaysFirstOfItsLevel) {
   burner("second", Level::kActive, {0}, 2ms, 2ms);
   burner("high", Level::kUnscheduled, {0}, 3ms, 1ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-3", "0 high 3-4", "0 first 4-6", "0 second 6-8"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-3", "0 high 3-4", "0 first 4-6", "0 second 6-8"));
 }
 
 TEST_F(SharedCpus, WhoIsLoweredIsFirstOfItsNewLevel) {  // as sched(7) says, and Linux 6.18 does
@@ -84,7 +84,7 @@ TEST_F(SharedCpus, WhoIsLoweredIsFirstOfItsNewLevel) {  // as sched(7) says, and
   os.sleep_until(at(2ms));
   os.shift_level(first, Level::kBackground);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-2", "0 first 2-5", "0 second 5-7")) << "a turn has one level";
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-2", "0 first 2-5", "0 second 5-7")) << "a stretch has one level";
 }
 
 TEST_F(SharedCpus, WhoIsRaisedIsLastOfItsNewLevel) {
@@ -94,7 +94,7 @@ TEST_F(SharedCpus, WhoIsRaisedIsLastOfItsNewLevel) {
   os.sleep_until(at(3ms));
   os.shift_level(raised, Level::kActive);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "0 second 5-7", "0 raised 7-8"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-5", "0 second 5-7", "0 raised 7-8"));
 }
 
 TEST_F(SharedCpus, SettingTheSameLevelKeepsThePlaceInTheLine) {
@@ -105,14 +105,14 @@ TEST_F(SharedCpus, SettingTheSameLevelKeepsThePlaceInTheLine) {
   os.shift_level(first, Level::kActive);
   os.shift_level(second, Level::kActive);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "0 second 5-6", "0 third 6-7"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-5", "0 second 5-6", "0 third 6-7"));
 }
 
 TEST_F(SharedCpus, OrdinaryThreadsTakeTurns) {
   burner("one", Level::kOrdinary, {0}, 1ms, 7ms);
   burner("two", Level::kOrdinary, {0}, 2ms, 5ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 one 1-4", "0 two 4-7", "0 one 7-10", "0 two 10-12", "0 one 12-13"));
+  EXPECT_THAT(stretches(), ElementsAre("0 one 1-4", "0 two 4-7", "0 one 7-10", "0 two 10-12", "0 one 12-13"));
 }
 
 TEST_F(SharedCpus, APreemptedSliceGoesOnWhereItWas) {
@@ -120,7 +120,7 @@ TEST_F(SharedCpus, APreemptedSliceGoesOnWhereItWas) {
   burner("two", Level::kOrdinary, {0}, 1ms, 1ms);
   burner("high", Level::kActive, {0}, 3ms, 5ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 one 1-3", "0 high 3-8", "0 one 8-9", "0 two 9-10", "0 one 10-11"));
+  EXPECT_THAT(stretches(), ElementsAre("0 one 1-3", "0 high 3-8", "0 one 8-9", "0 two 9-10", "0 one 10-11"));
 }
 
 TEST_F(SharedCpus, ManyShortBurnsAreNoWayAroundTheSlice) {
@@ -276,7 +276,7 @@ TEST_F(SharedCpus, RestoringSchedulingMidBurnTakesEffect) {
   saved.policy = static_cast<int>(Level::kOrdinary);
   ASSERT_TRUE(os.restore_scheduling(saved).ok());
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-2", "0 second 2-4", "0 first 4-7"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-2", "0 second 2-4", "0 first 4-7"));
 }
 
 TEST_F(SharedCpus, ABusyThreadEndsWithItsScope) {

@@ -219,9 +219,9 @@ void FakeOs::share_cpus(bool shared) {
   make_runnable(task);
 }
 
-std::vector<FakeCpus::Turn> FakeOs::turns() const {
+std::vector<FakeCpus::Stretch> FakeOs::stretches() const {
   const Lock lock(mutex_);
-  return cpus_.turns();
+  return cpus_.stretches();
 }
 
 Nanos FakeOs::thread_cpu_time() {

@@ -66,8 +66,8 @@ class FakeOs : public Os {
   // Whether burning threads compete for CPUs. Precondition: the caller is the only thread that lives.
   void share_cpus(bool shared);
   // While CPUs are shared: which thread had which, from when to when, in the order in which they began; of those by
-  // CPU. A turn goes on while the same thread keeps CPU and level.
-  std::vector<FakeCpus::Turn> turns() const;
+  // CPU. A stretch goes on while the same thread keeps CPU and level.
+  std::vector<FakeCpus::Stretch> stretches() const;
 
   // Levels above kOrdinary are refused, with facts.why_not, unless facts.permitted.
   void set_real_time_facts(RealTimeFacts facts);

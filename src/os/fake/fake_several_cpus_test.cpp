@@ -18,7 +18,7 @@ TEST_F(SeveralSharedCpus, ThreeEqualsOnTwoCpus) {
   burner("two", Level::kActive, {0, 1}, 1ms, 2ms);
   burner("three", Level::kActive, {0, 1}, 1ms, 3ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 one 1-5", "1 two 1-3", "1 three 3-6"));
+  EXPECT_THAT(stretches(), ElementsAre("0 one 1-5", "1 two 1-3", "1 three 3-6"));
 }
 
 TEST_F(SeveralSharedCpus, ThreeOrdinaryThreadsShareTwoCpusEvenly) {
@@ -34,7 +34,7 @@ TEST_F(SeveralSharedCpus, TheLowestLevelIsPreemptedAndOfThoseWhoCameLast) {
   burner("late", Level::kBackground, {2}, 2ms, 9ms);
   burner("high", Level::kUnscheduled, {0, 1, 2}, 3ms, 2ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 early 1-10", "1 active 1-10", "2 late 2-3", "2 high 3-5", "2 late 5-13"));
+  EXPECT_THAT(stretches(), ElementsAre("0 early 1-10", "1 active 1-10", "2 late 2-3", "2 high 3-5", "2 late 5-13"));
 }
 
 TEST_F(SeveralSharedCpus, WhoIsPutOutTakesAFreeCpuOrPreemptsInItsTurn) {
@@ -42,7 +42,7 @@ TEST_F(SeveralSharedCpus, WhoIsPutOutTakesAFreeCpuOrPreemptsInItsTurn) {
   burner("low", Level::kBackground, {0, 1}, 2ms, 4ms);
   burner("high", Level::kActive, {0}, 3ms, 4ms);
   join();
-  EXPECT_THAT(turns(), ElementsAre("1 ordinary 1-3", "0 low 2-3", "0 high 3-7", "1 low 3-6", "2 ordinary 3-5"));
+  EXPECT_THAT(stretches(), ElementsAre("1 ordinary 1-3", "0 low 2-3", "0 high 3-7", "1 low 3-6", "2 ordinary 3-5"));
 }
 
 TEST_F(SeveralSharedCpus, AThreadComesBackToTheCpuItHadLast) {
@@ -59,7 +59,7 @@ TEST_F(SeveralSharedCpus, AThreadComesBackToTheCpuItHadLast) {
   os.sleep_until(at(5ms));
   ASSERT_TRUE(os.set_affinity(worker, {0, 1}).ok());
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 pinned 1-3", "1 worker 1-2", "1 worker 9-10"));
+  EXPECT_THAT(stretches(), ElementsAre("0 pinned 1-3", "1 worker 1-2", "1 worker 9-10"));
 }
 
 TEST_F(SeveralSharedCpus, MovingABurningThreadFreesItsCpuAndQueuesItAtTheOther) {
@@ -70,7 +70,7 @@ TEST_F(SeveralSharedCpus, MovingABurningThreadFreesItsCpuAndQueuesItAtTheOther) 
   os.sleep_until(at(3ms));
   ASSERT_TRUE(os.set_affinity(moved, {1}).ok());
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 moved 1-3", "1 there 2-6", "0 left 3-5", "1 behind 6-7", "1 moved 7-10"));
+  EXPECT_THAT(stretches(), ElementsAre("0 moved 1-3", "1 there 2-6", "0 left 3-5", "1 behind 6-7", "1 moved 7-10"));
 }
 
 TEST_F(SeveralSharedCpus, WideningTheAffinityOfABurningThreadChangesNothing) {
@@ -79,7 +79,7 @@ TEST_F(SeveralSharedCpus, WideningTheAffinityOfABurningThreadChangesNothing) {
   os.sleep_until(at(2ms));
   ASSERT_TRUE(os.set_affinity(first, {0, 1}).ok());
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "0 second 5-6"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-5", "0 second 5-6"));
 }
 
 TEST_F(SeveralSharedCpus, MovingAWaitingThreadToAFreeCpuStartsIt) {
@@ -88,7 +88,7 @@ TEST_F(SeveralSharedCpus, MovingAWaitingThreadToAFreeCpuStartsIt) {
   os.sleep_until(at(2ms));
   ASSERT_TRUE(os.set_affinity(second, {1}).ok());
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "1 second 2-4"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-5", "1 second 2-4"));
 }
 
 TEST_F(SeveralSharedCpus, ACpuThatGoesOfflineMidBurnSendsItsThreadElsewhere) {
@@ -97,7 +97,7 @@ TEST_F(SeveralSharedCpus, ACpuThatGoesOfflineMidBurnSendsItsThreadElsewhere) {
   os.sleep_until(at(3ms));
   os.set_cpu_online(0, false);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 flees 1-3", "1 stays 1-5", "1 flees 5-9"));
+  EXPECT_THAT(stretches(), ElementsAre("0 flees 1-3", "1 stays 1-5", "1 flees 5-9"));
 }
 
 TEST_F(SeveralSharedCpus, APinnedThreadLosesItsCpuAndBurnsOnAnyOther) {
@@ -106,7 +106,7 @@ TEST_F(SeveralSharedCpus, APinnedThreadLosesItsCpuAndBurnsOnAnyOther) {
   os.sleep_until(at(3ms));
   os.set_cpu_online(0, false);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 pinned 1-3", "1 ordinary 1-7", "2 pinned 3-7"));
+  EXPECT_THAT(stretches(), ElementsAre("0 pinned 1-3", "1 ordinary 1-7", "2 pinned 3-7"));
 }
 
 TEST_F(SeveralSharedCpus, ACpuThatComesBackIsUsedAtOnce) {
@@ -120,7 +120,7 @@ TEST_F(SeveralSharedCpus, ACpuThatComesBackIsUsedAtOnce) {
   os.sleep_until(at(2ms));
   os.set_cpu_online(1, true);
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "1 second 2-6"));
+  EXPECT_THAT(stretches(), ElementsAre("0 first 1-5", "1 second 2-6"));
 }
 
 }  // namespace

@@ -44,11 +44,11 @@ class SharedCpus : public testing::Test {
   void join() { threads_.clear(); }
 
   // "0 a 1-5": CPU 0 served thread a from 1 ms to 5 ms.
-  std::vector<std::string> turns() {
+  std::vector<std::string> stretches() {
     std::vector<std::string> lines;
-    for (const FakeCpus::Turn& turn : os.turns()) {
-      lines.push_back(fmt::format("{} {} {}-{}", turn.cpu, names_.at(static_cast<std::size_t>(turn.thread) - 2),
-                                  millis(turn.begin), millis(turn.end)));
+    for (const FakeCpus::Stretch& stretch : os.stretches()) {
+      lines.push_back(fmt::format("{} {} {}-{}", stretch.cpu, names_.at(static_cast<std::size_t>(stretch.thread) - 2),
+                                  millis(stretch.begin), millis(stretch.end)));
     }
     return lines;
   }
