@@ -82,7 +82,7 @@ Status Registry::carry_out(Program& program, const Request& request) {
     if (Status own = own_thread(program, thread); !own) return own;
     unshare(program, thread);
     // Before the thread is placed as this node's: it may be among the threads that were taken for another's.
-    if (!program.nodes.contains(*node)) release_found(program);
+    if (!program.nodes.contains(*node)) give_up_found(program);
     if (Status joined = scheduler_.join(*node, program.process, thread); !joined) return joined;
     program.nodes.insert(*node);
     program.joined_since_search = true;
@@ -157,9 +157,9 @@ void Registry::find_threads(Program& program) {
   }
 }
 
-// A thread is one node's at most: whoever releases it gives it back what it had, and another node's controller would
-// raise it again, for good. One that was found stays where it is: the program runs one node, which all its threads work
-// for.
+// A thread is one node's at most: what it had is restored when the node gives it up, and another node's controller
+// would raise it again, for good. One that was found stays where it is: the program runs one node, which all its
+// threads work for.
 Status Registry::share(Program& program, os::ThreadId thread) {
   if (Status own = own_thread(program, thread); !own) return own;
   if (contains(program.shared, thread)) return Done{};
@@ -230,7 +230,7 @@ std::optional<NodeId> Registry::heaviest(const Program& program) const {
   return heaviest;
 }
 
-void Registry::release_found(Program& program) {
+void Registry::give_up_found(Program& program) {
   for (const NodeId node : program.nodes) {
     for (const os::ThreadId thread : program.found) scheduler_.remove_thread(node, thread);
   }

@@ -11,7 +11,7 @@
 //   - when a program has ended, all its nodes leave,
 //   - all threads of a program that runs one node are the node's, also those that it makes later, except the one that
 //     serves the connection. Where a program runs several nodes, other threads say which one they belong to ("add"),
-//     and the threads that were found while it ran one are released. A program's threads are not searched before no
+//     and the threads that were found while it ran one are given up. A program's threads are not searched before no
 //     node has joined between two searches, so that threads of nodes that join one after the other are not taken for
 //     the first one's,
 //   - a thread that works for all nodes of a program (its middleware's, "add" without a node) is one of the node's that
@@ -78,7 +78,7 @@ class Registry {
   Result<NodeId> own_node(const Program& program, const std::string& name) const;
   Status own_thread(const Program& program, os::ThreadId thread) const;
   void find_threads(Program& program);
-  void release_found(Program& program);
+  void give_up_found(Program& program);
   Status share(Program& program, os::ThreadId thread);
   void unshare(Program& program, os::ThreadId thread);
   void hand_over_shared(Program& program);

@@ -17,11 +17,11 @@ void ServerWatch::run() {
   TimePoint wake = program_.os.now();
   while (!program_.stopping()) {
     const bool gone = program_.link.wait(wake);
-    wake = turn(program_.os.now(), gone);
+    wake = step(program_.os.now(), gone);
   }
 }
 
-TimePoint ServerWatch::turn(TimePoint now, bool gone) {
+TimePoint ServerWatch::step(TimePoint now, bool gone) {
   if (gone || (state_ == State::kServed && !server_alive(now))) lose_server(now, gone);
   if (state_ != State::kServed) return run_without_server(now);
   regions_.drop_old(program_.wiring, running());
@@ -29,7 +29,7 @@ TimePoint ServerWatch::turn(TimePoint now, bool gone) {
   return heartbeat_.next_check();
 }
 
-// Where the server does not answer, the link says so at the next turn, and the next server is told of all.
+// Where the server does not answer, the link says so at the next step, and the next server is told of all.
 void ServerWatch::tell_shared() {
   const std::unique_ptr<Conversation> conversation = program_.link.converse();
   const Meanwhile meanwhile = [this]() -> std::optional<TimePoint> {

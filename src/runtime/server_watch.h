@@ -61,7 +61,7 @@ class ServerWatch {
   void run();
   // What is due now. `gone`: the server has ended, has closed the connection, or did not answer. Returns when it is to
   // be called again.
-  TimePoint turn(TimePoint now, bool gone);
+  TimePoint step(TimePoint now, bool gone);
   // The nodes are no server's from now on, have the scheduling that they had before, and are told to stop.
   void leave();
 

@@ -157,13 +157,13 @@ class ServerWatchTest : public ::testing::Test {
     while (next <= until) {
       fake.sleep_until(next);
       if (beats) server.region().heartbeat().beats.fetch_add(1);
-      next = watch.turn(fake.now(), false);
+      next = watch.step(fake.now(), false);
     }
     fake.sleep_until(until);
   }
   void lose() {
     server.there = false;
-    next = watch.turn(fake.now(), true);
+    next = watch.step(fake.now(), true);
   }
   os::Level level(NodeId node) { return *fake.level(ids.at(node)); }
   void raise(NodeId node) { ASSERT_TRUE(fake.set_level(ids.at(node), os::Level::kActive).ok()); }
@@ -255,10 +255,10 @@ TEST_F(ServerWatchTest, EachServerIsToldOnceOfThreadsThatWorkForAll) {
   pass(seconds{1});
   ASSERT_TRUE(registered.share(fake.current_thread()).ok());
   pass(seconds{1});
-  EXPECT_EQ(server.heard, (Heard{{milliseconds{1050}, "share"}})) << "at the next turn";
+  EXPECT_EQ(server.heard, (Heard{{milliseconds{1050}, "share"}})) << "at the next step";
   server.heard.clear();
   server.start();
-  next = watch.turn(fake.now(), true);
+  next = watch.step(fake.now(), true);
   EXPECT_TRUE(served);
   const Nanos at = milliseconds{2000};
   EXPECT_EQ(server.heard, (Heard{{at, "hello"}, {at, "join eye"}, {at, "join map"}, {at, "share"}}));
@@ -272,7 +272,7 @@ TEST_F(ServerWatchTest, AServerThatDoesNotKnowOfSharedThreadsSchedulesTheNodes) 
   pass(milliseconds{100});
   EXPECT_TRUE(served);
   server.start();
-  next = watch.turn(fake.now(), true);
+  next = watch.step(fake.now(), true);
   EXPECT_TRUE(served);
 }
 
@@ -302,7 +302,7 @@ TEST_F(CutSubchainTest, GoesOnAtTheRatesOfItsNodesUntilAServerHasItWhole) {
 
 TEST_F(ServerWatchTest, AServerThatRefusesTheProgramIsTriedMoreAndMoreSeldomAndToldOnce) {
   server.refused = "hello";
-  next = watch.turn(fake.now(), true);
+  next = watch.step(fake.now(), true);
   pass(seconds{60});
   std::vector<Nanos> tried;
   for (const auto& [at, what] : server.heard) {
