@@ -17,8 +17,8 @@ constexpr std::array<std::string_view, 5> kThreadLibraries{"libboost_thread", "l
 constexpr std::array<std::string_view, 7> kMiddleware{"libroscpp", "libddsc",  "libfastrtps", "libfastdds",
                                                       "librmw_",   "libzenoh", "libiceoryx"};
 
-template <std::size_t kCount>
-bool begins_with_any(std::string_view name, const std::array<std::string_view, kCount>& beginnings) {
+template <std::size_t N>
+bool begins_with_any(std::string_view name, const std::array<std::string_view, N>& beginnings) {
   return std::any_of(beginnings.begin(), beginnings.end(),
                      [&](std::string_view beginning) { return name.starts_with(beginning); });
 }
