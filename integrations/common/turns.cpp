@@ -31,12 +31,12 @@ std::uint64_t Turns::next_number() {
 int Turns::bring(bool locked) {
   while (growing_.exchange(true)) std::this_thread::yield();
   const std::size_t index = count_.load();
-  if (index < kMaxSpinners) {
+  if (index < max_) {
     if (locked) turns_[index].lock();
     count_.store(index + 1);
   }
   growing_.store(false);
-  return index < kMaxSpinners && locked ? static_cast<int>(index) : -1;
+  return index < max_ && locked ? static_cast<int>(index) : -1;
 }
 
 int Turns::take_any(const std::atomic<bool>* stop) {
@@ -69,7 +69,7 @@ void Turns::enter() {
 void Turns::leave() {
   Held& own = held();
   if (own.index >= 0) return;
-  if (own.brought || count_.load() == kMaxSpinners) {
+  if (own.brought || count_.load() == max_) {
     own.index = take_any(nullptr);
   } else {
     // It has begun to spin before there were turns.

@@ -12,6 +12,9 @@
 // the node that waits for it. Where there is more than one turn, a thread that finds none free tries them in turn, a
 // millisecond each, since it cannot wait for several: it is at most so much later.
 //
+// A queue that itself keeps its callbacks apart, whoever calls them (a nodelet's), has one turn from the beginning, and
+// nobody brings another.
+//
 // Thread safety: all calls from any thread; begin/end, enter/leave, take/give_back by one thread each.
 #pragma once
 
@@ -28,6 +31,10 @@ namespace catan_ros {
 class Turns {
  public:
   static constexpr std::size_t kMaxSpinners = 64;  // more bring no turn along
+
+  Turns() = default;
+  // So many from the beginning, kMaxSpinners at most; spinners bring none.
+  explicit Turns(std::size_t count) : max_(count), count_(count) {}
 
   // --- by a thread that spins the queue ---
   // It begins to wait for callbacks, and does so no longer.
@@ -55,6 +62,7 @@ class Turns {
   int take_any(const std::atomic<bool>* stop);
 
   const std::uint64_t number_ = next_number();  // another may get its address after it
+  const std::size_t max_ = kMaxSpinners;
   std::array<PriorityMutex, kMaxSpinners> turns_;
   std::atomic<std::size_t> count_{0};
   std::atomic<bool> growing_{false};

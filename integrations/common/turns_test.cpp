@@ -79,6 +79,19 @@ TEST(Turns, ACallbackThatSpinsLetsOthersRun) {
   turns.leave();
 }
 
+TEST(Turns, OfAFixedNumberNobodyBringsMore) {
+  Turns turns(1);
+  EXPECT_TRUE(is_free(turns)) << "without a spinner";
+  const bool taken = turns.begin();
+  EXPECT_FALSE(is_free(turns));
+  in_a_thread([&] {
+    turns.enter();
+    EXPECT_FALSE(is_free(turns));
+  });
+  turns.end(taken);
+  EXPECT_TRUE(is_free(turns));
+}
+
 TEST(Turns, ASpinnerThatBeganBeforeThereWereAnyFits) {
   Turns turns;
   const bool taken = turns.begin();  // without enter()
