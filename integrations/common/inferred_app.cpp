@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "common/observed_figures.h"
@@ -141,16 +142,21 @@ std::vector<Indices> AppWriter::chains() const {
   return all;
 }
 
-// Nodes that all ran in one thread wait for each other.
+// Nodes that all ran in one thread wait for each other. So do a nodelet's, whichever of its manager's threads called
+// them, where its queue calls one at a time; those of two nodelets do not, though one thread has called both.
 void AppWriter::find_spinners() {
-  std::map<std::pair<std::string, std::int64_t>, Indices> of_thread;
+  std::map<std::tuple<std::string, std::string, std::int64_t>, Indices> of_thread;
   for (const std::size_t vertex : graph_.order()) {
     if (vertices_[vertex].external()) continue;
     const ObservedCallback& callback = *vertices_[vertex].callback;
+    if (!callback.nodelet.empty()) {
+      if (callback.one_at_a_time) of_thread[{callback.ros_node, callback.nodelet, 0}].push_back(vertex);
+      continue;
+    }
     const std::int64_t thread = callback.runs.front().thread;
     const bool one = std::all_of(callback.runs.begin(), callback.runs.end(),
                                  [&](const ObservedRun& run) { return run.thread == thread; });
-    if (one) of_thread[{callback.ros_node, thread}].push_back(vertex);
+    if (one) of_thread[{callback.ros_node, {}, thread}].push_back(vertex);
   }
   for (const auto& [thread, nodes] : of_thread) {
     if (nodes.size() > 1) spinners_.push_back(nodes);
@@ -185,7 +191,7 @@ std::string AppWriter::node_text(std::size_t index) const {
   }
   if (is_timer) text += "max_rate: " + rate_text(*vertex.period) + ", ";
   if (vertex.min_period && sets_rate) text += "max_rate: " + rate_text(*vertex.min_period) + ", ";
-  text += "ros: { node: " + callback.ros_node +
+  text += "ros: { node: " + callback.ros_node + (callback.nodelet.empty() ? "" : ", nodelet: " + callback.nodelet) +
           (is_timer ? ", timer: " + exact_text(callback.period) : ", topic: " + callback.name) + " } }   # ";
   if (!callback.type.empty()) text += callback.type + ", ";
   return text + std::to_string(callback.runs.size()) + (callback.runs.size() == 1 ? " run\n" : " runs\n");
@@ -212,10 +218,10 @@ std::string AppWriter::graph_text() const {
 
 std::string AppWriter::exclusive_text() const {
   std::string text;
-  if (!spinners_.empty()) text += "exclusive:   # callbacks of one spinner: their runs never overlap\n";
+  if (!spinners_.empty()) text += "exclusive:   # callbacks of one spinner or nodelet: their runs never overlap\n";
   std::map<std::string, int> used;
   for (const Indices& nodes : spinners_) {
-    const std::string name = last_part(vertices_[nodes.front()].callback->ros_node);
+    const std::string name = last_part(program_of(*vertices_[nodes.front()].callback));
     const int before = used[name]++;
     text +=
         "  " + name + (before == 0 ? "" : "_" + std::to_string(before + 1)) + ": [" + path_text(nodes, ", ") + "]\n";

@@ -3,7 +3,8 @@
 //
 // A callback of a topic or timer that has run is a node. An edge is a message: a node published it in a run, another
 // was called with it. A light callback that publishes nothing, in a program with one that does, only keeps what it
-// gets: it is no node, and what it gets goes to those that publish (its timers, if there are any). Nor is a light timer
+// gets: it is no node, and what it gets goes to those that publish (its timers, if there are any). A program is a ROS
+// node, or a nodelet of one. Nor is a light timer
 // that publishes nothing. A topic that no observed callback publishes comes from an external node; one that only others
 // take ends in one.
 //

@@ -228,6 +228,65 @@ TEST(InferApp, WhatIsKeptIsNotForThoseItComesFrom) {
   EXPECT_THAT(inferred.app, HasSubstr("rectified/info -> manager.rectified"));
 }
 
+ObservedCallback of_nodelet(const std::string& nodelet, ObservedCallback callback) {
+  callback.nodelet = nodelet;
+  callback.one_at_a_time = true;
+  return callback;
+}
+
+// The same manager's, where it is known whose callback is whose.
+std::vector<ObservedCallback> nodelets_told_apart() {
+  std::vector<ObservedCallback> callbacks = nodelets();
+  const std::vector<std::string> names{"", "", "", "/camera", "/rectify", "/large", "/track"};
+  for (std::size_t index = 3; index < callbacks.size(); ++index) {
+    callbacks[index] = of_nodelet(names[index], callbacks[index]);
+  }
+  return callbacks;
+}
+
+TEST(InferApp, NodeletsOfOneManagerAreProgramsOfTheirOwn) {
+  const InferredApp inferred = infer_app(nodelets_told_apart(), {}, "robot");
+  EXPECT_EQ(inferred.nodes, 4U);
+  EXPECT_THAT(
+      inferred.app,
+      AllOf(HasSubstr("  camera: { fallback_rate: 50Hz, max_rate: 50Hz, "
+                      "ros: { node: /manager, nodelet: /camera, timer: 20ms } }   # 20 runs\n"),
+            HasSubstr("ros: { node: /manager, nodelet: /rectify, topic: /images } }   # std_msgs/Int64, 20 runs\n"),
+            HasSubstr("ros: { node: /manager, nodelet: /large, topic: /images } }"),
+            HasSubstr("  - camera -> large   # /images\n"), HasSubstr("  - rectify -> track   # /rectified\n"),
+            HasSubstr("response_time: [camera, rectify, track]")));
+  EXPECT_THAT(inferred.app, Not(HasSubstr("exclusive"))) << "one thread has called all, but their queues are apart";
+  EXPECT_THAT(inferred.remarks, Not(Contains(HasSubstr("cannot be told"))));
+}
+
+TEST(InferApp, CallbacksOfOneNodeletAreNotToldApart) {
+  std::vector<ObservedCallback> callbacks = nodelets_told_apart();
+  callbacks[5].nodelet = "/rectify";
+  EXPECT_THAT(
+      infer_app(callbacks, {}, "robot").remarks,
+      Contains("nodelet /rectify's subscription of /images is there 2 times, and which is which cannot be told: "
+               "all are left as they are; in programs of their own they can be nodes"));
+}
+
+TEST(InferApp, WhatANodeletKeepsItUsesItself) {
+  std::vector<ObservedCallback> callbacks = nodelets_told_apart();
+  callbacks.push_back(of_nodelet("/large", topic("/manager", "/pose", {.cpu_time = 10us, .from = "/localiser"})));
+  EXPECT_THAT(infer_app(callbacks, {}, "robot").app,
+              AllOf(HasSubstr("  - pose -> large   # /pose, assumed: kept until it runs\n"),
+                    Not(HasSubstr("pose -> rectify")), Not(HasSubstr("pose -> track"))));
+}
+
+TEST(InferApp, CallbacksOfANodeletsQueueNeverOverlap) {
+  const ObservedCallback image = of_nodelet("/proc", topic("/manager", "/images", {.published = {"/rectified"}}));
+  ObservedCallback info = of_nodelet("/proc", topic("/manager", "/info", {.thread = 2}));
+  const auto app = [&] { return infer_app({image, info}, {}, "robot").app; };
+  EXPECT_THAT(app(), AllOf(HasSubstr("  proc.images: {"), HasSubstr("  proc.info: {"),
+                           HasSubstr("exclusive:   # callbacks of one spinner or nodelet: their runs never overlap\n"),
+                           HasSubstr("  proc: [proc.info, proc.images]\n")));
+  info.one_at_a_time = false;
+  EXPECT_THAT(app(), Not(HasSubstr("exclusive"))) << "of its other queue";
+}
+
 TEST(InferApp, NamesAreUniqueAndPeriodsExact) {
   const InferredApp inferred = infer_app(
       {timer("/scan", 33'333'333ns, {.published = {"/robot/scan"}}), topic("/robot/slam", "/scan", {.from = "/laser"})},
@@ -302,6 +361,112 @@ TEST(InferApp, WhereMessagesComeFromApartNeitherIsLast) {
                         {}, "robot")
                   .app,
               AllOf(HasSubstr("  fuse.left: { input: queue, "), HasSubstr("  fuse.right: { input: queue, ")));
+}
+
+// Of the camera, an image and its info: in one callback, or by a nodelet for each in between.
+struct RotatedImages {
+  ObservedCallback camera = of_nodelet("/camera", timer("/manager", 100ms, {.published = {"/images", "/info"}}));
+  // Turns an image when its info has come, which was always last.
+  ObservedCallback image = of_nodelet("/rotate", topic("/manager", "/images", {.cpu_time = 10us, .from = "/manager"}));
+  ObservedCallback info =
+      of_nodelet("/rotate", topic("/manager", "/info", {.from = "/manager", .published = {"/rotated"}}));
+  ObservedCallback shown = of_nodelet("/shown", topic("/manager", "/rotated", {.from = "/manager"}));
+
+  std::vector<ObservedCallback> all() const { return {camera, image, info, shown}; }
+  std::string app() const { return infer_app(all(), {}, "robot").app; }
+};
+
+TEST(InferApp, WhatOneSendsComesInItsOrder) {
+  const RotatedImages rotated;
+  const InferredApp inferred = infer_app(rotated.all(), {}, "robot");
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("  rotate: { ros: { node: /manager, nodelet: /rotate, topic: /info } }"),
+                                  HasSubstr("  - camera -> rotate   # /info\n"), Not(HasSubstr("queue")),
+                                  Not(HasSubstr("topic: /images }"))));
+  EXPECT_THAT(inferred.remarks, ElementsAre("nodelet /rotate's subscription of /images is left as it is: its messages "
+                                            "are used with those of /info, which come last"));
+}
+
+// As Debian's image pipeline has them: one callback scales the image, another its info.
+TEST(InferApp, WhereTwoSendAnyMessageMayComeLast) {
+  RotatedImages rotated;
+  rotated.image.name = "/scaled/images";
+  rotated.info.name = "/scaled/info";
+  std::vector<ObservedCallback> callbacks = rotated.all();
+  callbacks.push_back(of_nodelet(
+      "/scale", topic("/manager", "/images", {.cpu_time = 8ms, .from = "/manager", .published = {"/scaled/images"}})));
+  callbacks.push_back(
+      of_nodelet("/scale", topic("/manager", "/info", {.from = "/manager", .published = {"/scaled/info"}})));
+  const InferredApp inferred = infer_app(callbacks, {}, "robot");
+  EXPECT_THAT(inferred.app,
+              AllOf(HasSubstr("  rotate.images: { input: queue, "), HasSubstr("  rotate.info: { input: queue, "),
+                    HasSubstr("  - scale.images -> rotate.images   # /scaled/images\n"),
+                    HasSubstr("  - scale.info -> rotate.info   # /scaled/info\n"),
+                    HasSubstr("  - rotate.images -> shown   # /rotated\n"),
+                    HasSubstr("  - rotate.info -> shown   # /rotated\n"), Not(HasSubstr("kept until it runs"))));
+  EXPECT_THAT(inferred.app, HasSubstr("max_rate: 11Hz, ros: { node: /manager, nodelet: /shown,"))
+      << "one of the two completes each set";
+  EXPECT_THAT(inferred.remarks, IsEmpty());
+}
+
+// Which one was last is as much chance where it was the other once, or twice.
+TEST(InferApp, WhereTwoSendItDoesNotMatterThatOneMostlyCameLast) {
+  RotatedImages rotated;
+  rotated.image.name = "/scaled/images";
+  rotated.info.name = "/scaled/info";
+  rotated.image.runs.back().published = {"/rotated"};
+  rotated.info.runs.back().published.clear();
+  const std::vector<ObservedCallback> senders{
+      of_nodelet("/scale", topic("/manager", "/images", {.from = "/manager", .published = {"/scaled/images"}})),
+      of_nodelet("/scale", topic("/manager", "/info", {.from = "/manager", .published = {"/scaled/info"}}))};
+  std::vector<ObservedCallback> callbacks = rotated.all();
+  callbacks.insert(callbacks.end(), senders.begin(), senders.end());
+  EXPECT_THAT(infer_app(callbacks, {}, "robot").app,
+              AllOf(HasSubstr("  rotate.images: { input: queue, "), HasSubstr("  rotate.info: { input: queue, ")));
+  rotated.image.name = "/images";
+  rotated.info.name = "/info";
+  EXPECT_THAT(rotated.app(), AllOf(HasSubstr("nodelet: /rotate, topic: /info } }"), Not(HasSubstr("queue"))))
+      << "one sends both";
+}
+
+// The scaled image comes by way of another callback, the info from the camera itself.
+TEST(InferApp, TheOneBehindTheOthersIsTheNodeThoughItNeverCameLast) {
+  RotatedImages rotated;
+  rotated.image.name = "/scaled/images";
+  std::vector<ObservedCallback> callbacks = rotated.all();
+  callbacks.push_back(of_nodelet(
+      "/scale", topic("/manager", "/images", {.cpu_time = 8ms, .from = "/manager", .published = {"/scaled/images"}})));
+  const InferredApp inferred = infer_app(callbacks, {}, "robot");
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("nodelet: /rotate, topic: /scaled/images } }"),
+                                  Not(HasSubstr("topic: /info")), HasSubstr("  - rotate -> shown   # /rotated\n")));
+  EXPECT_THAT(inferred.remarks,
+              ElementsAre("nodelet /rotate's subscription of /info is left as it is: its messages are "
+                          "used with those of /scaled/images, which come last"));
+}
+
+TEST(InferApp, WhatIsNotCalledByTurnsIsNoSet) {
+  RotatedImages rotated;
+  rotated.image.runs = runs_of({.every = 50ms, .cpu_time = 10us, .from = "/manager"});
+  EXPECT_THAT(rotated.app(), AllOf(HasSubstr("  - camera -> rotate   # /info\n"), Not(HasSubstr("queue"))));
+  EXPECT_THAT(infer_app(rotated.all(), {}, "robot").remarks, IsEmpty());
+}
+
+// It gets what comes of what the other sends: no set can have both.
+TEST(InferApp, WhatComesOfTheOthersOutputIsNoSetWithIt) {
+  RotatedImages rotated;
+  rotated.image.name = "/results";
+  rotated.shown = of_nodelet("/shown", topic("/manager", "/rotated", {.from = "/manager", .published = {"/results"}}));
+  const InferredApp inferred = infer_app(rotated.all(), {}, "robot");
+  EXPECT_THAT(inferred.app, AllOf(Not(HasSubstr("queue")), Not(HasSubstr("topic: /results"))));
+  EXPECT_THAT(inferred.remarks, Not(Contains(HasSubstr("which come last"))));
+}
+
+// A program that is no nodelet keeps what it gets for any reason.
+TEST(InferApp, WithoutNodeletsWhatIsKeptIsNoSet) {
+  RotatedImages rotated;
+  rotated.image.nodelet.clear();
+  rotated.info.nodelet.clear();
+  EXPECT_THAT(infer_app(rotated.all(), {}, "robot").remarks, IsEmpty());
+  EXPECT_THAT(rotated.app(), Not(HasSubstr("queue")));
 }
 
 // A multiplexer passes on what comes, whoever sends it.

@@ -1,6 +1,7 @@
 #include "common/inferred_graph.h"
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "common/observed_figures.h"
@@ -19,6 +20,9 @@ constexpr double kMinSets = 0.8;
 constexpr double kMaxSets = 1.1;
 // One callback completes so many of the sets that what the others complete does not matter.
 constexpr double kMostSets = 0.8;
+// Callbacks that so large a part of their runs is by turns, of so many runs at least, are called for one set each time.
+constexpr double kByTurns = 0.9;
+constexpr std::size_t kMinTurns = 5;
 // How much more often than messages come a callback may run: so that one that was late once runs as soon as its message
 // is there again, some runs later.
 constexpr double kCatchesUp = 1.1;
@@ -28,13 +32,27 @@ bool contains(const std::vector<std::string>& list, const std::string& one) {
 }
 
 bool same_callback(const ObservedCallback& a, const ObservedCallback& b) {
-  return a.ros_node == b.ros_node && a.kind == b.kind && a.name == b.name && a.period == b.period;
+  return of_one_program(a, b) && a.kind == b.kind && a.name == b.name && a.period == b.period;
 }
 
 // Whether runs of both are among one another. Runs are in the order in which they ended.
 bool overlap(const ObservedCallback& a, const ObservedCallback& b) {
   if (a.runs.empty() || b.runs.empty()) return false;
   return a.runs.front().begin <= b.runs.back().begin && b.runs.front().begin <= a.runs.back().begin;
+}
+
+// Whether now the one is called and now the other.
+bool by_turns(const ObservedCallback& a, const ObservedCallback& b) {
+  if (std::min(a.runs.size(), b.runs.size()) < kMinTurns) return false;
+  std::vector<std::pair<nanoseconds, bool>> begins;
+  for (const ObservedRun& run : a.runs) begins.emplace_back(run.begin, false);
+  for (const ObservedRun& run : b.runs) begins.emplace_back(run.begin, true);
+  std::sort(begins.begin(), begins.end());
+  std::size_t changes = 0;
+  for (std::size_t run = 1; run < begins.size(); ++run) {
+    if (begins[run].second != begins[run - 1].second) ++changes;
+  }
+  return static_cast<double>(changes) >= kByTurns * static_cast<double>(begins.size() - 1);
 }
 
 double seconds_of(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
@@ -67,25 +85,31 @@ InferredGraph::InferredGraph(const std::vector<ObservedCallback>& callbacks, con
 // one topic, and all together hardly more often than each is called. The one that is behind all others is to be the
 // node, whichever came last while they were observed: when it runs, the others have come. Else it is the one that
 // mostly came last, if there is one.
+//
+// In a nodelet, callbacks are of a set, too, that completed none while they were observed (keepers_beside()). Which one
+// was last, always or mostly, was their senders' order then, which is another under Catan: unless one sends all of
+// them, any may be.
 void InferredGraph::find_sets() {
   for (const ObservedCallback& callback : callbacks_) {
     std::set<std::string> topics;
     for (const ObservedRun& run : callback.runs) topics.insert(run.published.begin(), run.published.end());
     for (const std::string& topic : topics) publishing_[topic].push_back(&callback);
   }
-  std::map<std::pair<std::string, std::string>, Callbacks> of_topic;
+  std::map<std::array<std::string, 3>, Callbacks> of_topic;  // by ROS node, nodelet and topic
   for (const auto& [topic, callbacks] : publishing_) {
     for (const ObservedCallback* const callback : callbacks) {
       if (callback->kind != Binding::Kind::kTopic) continue;
-      of_topic[{callback->ros_node, topic}].push_back(callback);
+      of_topic[{callback->ros_node, callback->nodelet, topic}].push_back(callback);
     }
   }
-  for (const auto& [where, callbacks] : of_topic) find_set(callbacks, where.second);
+  for (const auto& [where, callbacks] : of_topic) find_set(callbacks, where[2]);
   for (const auto& [callback, completing] : completed_by_) any_completes_.erase(callback);
 }
 
 // Of callbacks of one program that publish on `topic`.
-void InferredGraph::find_set(const Callbacks& callbacks, const std::string& topic) {
+void InferredGraph::find_set(Callbacks callbacks, const std::string& topic) {
+  const Callbacks keepers = keepers_beside(callbacks);
+  callbacks.insert(callbacks.end(), keepers.begin(), keepers.end());
   const auto published = [&](const ObservedCallback* one) { return count_published(*one, topic); };
   std::size_t completed = 0;
   std::size_t fewest = callbacks.front()->runs.size();
@@ -104,13 +128,65 @@ void InferredGraph::find_set(const Callbacks& callbacks, const std::string& topi
   const ObservedCallback* const last =
       found ? *behind_all : *std::max_element(callbacks.begin(), callbacks.end(), less);
   const bool mostly = static_cast<double>(published(last)) >= kMostSets * static_cast<double>(completed);
-  const bool one = (found || mostly) && !keeps_for_another(*last);
+  const bool in_order = last->nodelet.empty() || sent_by_one(callbacks);
+  const bool one = (found || (mostly && in_order)) && !keeps_for_another(*last);
   for (const ObservedCallback* const callback : callbacks) {
     if (!one) any_completes_.insert(callback);
+    if (!one || callback == last) set_publishes_[callback][topic] = completed;
     if (one && callback != last && publishing_runs(*callback) == published(callback) && !completes_sets(*callback)) {
       completed_by_.emplace(callback, last);
     }
   }
+}
+
+// Light subscriptions of the same nodelet that publish nothing and are called by turns with one of these: it keeps what
+// they get until its own message completes the set. One that gets what these send, by way of others too, is no part of
+// it.
+InferredGraph::Callbacks InferredGraph::keepers_beside(const Callbacks& publishing) const {
+  Callbacks keepers;
+  for (const ObservedCallback& callback : callbacks_) {
+    const bool may_keep = callback.kind == Binding::Kind::kTopic && !callback.nodelet.empty() &&
+                          !callback.runs.empty() && is_light(callback);
+    if (!may_keep || !of_one_program(callback, *publishing.front())) continue;
+    const bool beside = std::any_of(publishing.begin(), publishing.end(),
+                                    [&](const ObservedCallback* other) { return by_turns(callback, *other); });
+    if (!beside) continue;
+    const std::set<const ObservedCallback*> before = senders_before(callback);
+    const bool is_behind_them = std::any_of(publishing.begin(), publishing.end(),
+                                            [&](const ObservedCallback* other) { return before.count(other) > 0; });
+    if (!is_behind_them) keepers.push_back(&callback);
+  }
+  return keepers;
+}
+
+// All that they get: then it comes in the order in which that one sends it.
+bool InferredGraph::sent_by_one(const Callbacks& callbacks) const {
+  const Callbacks senders = senders_to(*callbacks.front());
+  if (senders.size() != 1) return false;
+  const std::string& sender = senders.front()->ros_node;
+  return std::all_of(callbacks.begin(), callbacks.end(), [&](const ObservedCallback* one) {
+    return senders_to(*one) == senders && std::all_of(one->runs.begin(), one->runs.end(), [&](const ObservedRun& run) {
+             return run.from.empty() || run.from == sender;
+           });
+  });
+}
+
+// What it publishes itself, or might have for its set.
+std::size_t InferredGraph::count_sent(const ObservedCallback& callback, const std::string& topic) const {
+  const std::size_t own = count_published(callback, topic);
+  const auto sets = set_publishes_.find(&callback);
+  if (sets == set_publishes_.end()) return own;
+  const auto known = sets->second.find(topic);
+  return known == sets->second.end() ? own : std::max(own, known->second);
+}
+
+std::set<std::string> InferredGraph::sent_topics(const ObservedCallback& callback) const {
+  std::set<std::string> topics;
+  for (const ObservedRun& run : callback.runs) topics.insert(run.published.begin(), run.published.end());
+  const auto sets = set_publishes_.find(&callback);
+  if (sets == set_publishes_.end()) return topics;
+  for (const auto& [topic, count] : sets->second) topics.insert(topic);
+  return topics;
 }
 
 // All whose messages reach it, by way of others too.
@@ -151,9 +227,9 @@ bool InferredGraph::completes_sets(const ObservedCallback& callback) const {
                      [&](const auto& each) { return each.second == &callback; });
 }
 
-// Callbacks of one program, of nodelets as a rule, that a binding cannot tell apart, and whose runs are among one
-// another: were the first a node, the others would wait behind all nodes. One that takes the place of another, since
-// its program subscribed again, begins when the other's runs have ended.
+// Callbacks of one program that a binding cannot tell apart, and whose runs are among one another: were the first a
+// node, the others would wait behind all nodes. One that takes the place of another, since its program subscribed
+// again, begins when the other's runs have ended.
 void InferredGraph::find_look_alikes() {
   for (std::size_t first = 0; first < callbacks_.size(); ++first) {
     const ObservedCallback& one = callbacks_[first];
@@ -191,22 +267,23 @@ void InferredGraph::find_nodes() {
   }
   for (const ObservedCallback* const callback : candidates) {
     const bool has_publisher = std::any_of(candidates.begin(), candidates.end(), [&](const ObservedCallback* other) {
-      return other->ros_node == callback->ros_node && publishes(*other);
+      return of_one_program(*other, *callback) && (publishes(*other) || set_publishes_.count(other) > 0);
     });
     if (is_light(*callback) && callback->kind == Binding::Kind::kTimer) {
       remarks_.push_back(described(*callback) + " publishes nothing and takes next to no time: it is left as it is");
       continue;
     }
-    if (is_light(*callback) && has_publisher) continue;
     if (keeps_for_another(*callback)) {
       remarks_.push_back(described(*callback) + " is left as it is: its messages are used with those of " +
                          completed_by_[callback]->name + ", which come last");
       continue;
     }
+    if (is_light(*callback) && has_publisher && set_publishes_.count(callback) == 0) continue;
     vertex_of_[callback] = vertices_.size();
     Vertex& vertex = vertices_.emplace_back();
     vertex.callback = callback;
     vertex.takes_all = any_completes_.count(callback) > 0;
+    if (vertex.takes_all) vertex.set = set_publishes_[callback].begin()->first;
     vertex.period = callback->kind == Binding::Kind::kTimer ? callback->period : median_interval(*callback);
   }
 }
@@ -220,9 +297,9 @@ void InferredGraph::find_edges() {
       continue;
     }
     add_edges_to(callback, {own->second}, false);
-    if (publishes(callback)) continue;
+    if (publishes(callback) || set_publishes_.count(&callback) > 0) continue;
     for (const std::size_t sibling : publishing_siblings(callback)) {
-      add_edge(own->second, sibling, "within " + callback.ros_node, true, callback.runs.size());
+      add_edge(own->second, sibling, "within " + program_of(callback), true, callback.runs.size());
     }
   }
   add_edges_out();
@@ -235,19 +312,20 @@ InferredGraph::Indices InferredGraph::users_of(const ObservedCallback& callback)
   return user == vertex_of_.end() ? publishing_siblings(callback) : Indices{user->second};
 }
 
-// Timers of its program, else its other callbacks that publish. A program of nodelets sends to itself: what its
-// messages go back to does not use them.
+// Timers of its program, else its other callbacks that publish. Where a program sends to itself, as one of nodelets
+// does that are not told apart, what its messages go back to does not use them.
 InferredGraph::Indices InferredGraph::publishing_siblings(const ObservedCallback& callback) const {
   const Callbacks senders = senders_to(callback);
   const bool sends_to_itself = std::any_of(senders.begin(), senders.end(), [&](const ObservedCallback* sender) {
-    return sender->ros_node == callback.ros_node;
+    return of_one_program(*sender, callback);
   });
   const std::set<const ObservedCallback*> before =
       sends_to_itself ? senders_before(callback) : std::set<const ObservedCallback*>{};
   Indices timers;
   Indices all;
   for (const auto& [other, vertex] : vertex_of_) {
-    if (other == &callback || other->ros_node != callback.ros_node || !publishes(*other)) continue;
+    if (other == &callback || !of_one_program(*other, callback)) continue;
+    if (!publishes(*other) && set_publishes_.count(other) == 0) continue;
     if (before.count(other) > 0) continue;
     all.push_back(vertex);
     if (other->kind == Binding::Kind::kTimer) timers.push_back(vertex);
@@ -283,7 +361,7 @@ std::size_t InferredGraph::external(const std::string& topic, bool begins) {
 void InferredGraph::add_edges_to(const ObservedCallback& reader, const Indices& targets, bool kept) {
   std::set<std::string> sent_by_nodes;
   for (const auto& [sender, vertex] : vertex_of_) {
-    const std::size_t count = count_published(*sender, reader.name);
+    const std::size_t count = count_sent(*sender, reader.name);
     if (count == 0) continue;
     sent_by_nodes.insert(sender->ros_node);
     for (const std::size_t target : targets) add_edge(vertex, target, reader.name, kept, count);
@@ -309,16 +387,13 @@ void InferredGraph::add_edges_to(const ObservedCallback& reader, const Indices& 
 void InferredGraph::add_edges_out() {
   for (std::size_t from = 0, count = vertices_.size(); from < count; ++from) {
     if (vertices_[from].external()) continue;
-    std::set<std::string> topics;
-    for (const ObservedRun& run : vertices_[from].callback->runs)
-      topics.insert(run.published.begin(), run.published.end());
-    for (const std::string& topic : topics) {
+    for (const std::string& topic : sent_topics(*vertices_[from].callback)) {
       const bool is_read = std::any_of(callbacks_.begin(), callbacks_.end(), [&](const ObservedCallback& callback) {
         return callback.kind == Binding::Kind::kTopic && callback.name == topic;
       });
       const auto readers = connections_.subscribers.find(topic);
       if (is_read || readers == connections_.subscribers.end() || readers->second.empty()) continue;
-      add_edge(from, external(topic, false), topic, false, count_published(*vertices_[from].callback, topic));
+      add_edge(from, external(topic, false), topic, false, count_sent(*vertices_[from].callback, topic));
     }
   }
 }
@@ -347,20 +422,20 @@ void InferredGraph::take_edges() {
   }
 }
 
-// Of the ROS node, without its namespace unless another has the same name, with the callback where there are several;
-// or of the topic.
+// Of the nodelet or ROS node, without its namespace unless another has the same name, with the callback where there are
+// several; or of the topic.
 void InferredGraph::name_vertices() {
-  std::map<std::string, int> of_ros_node;
+  std::map<std::string, int> of_program;
   for (const Vertex& vertex : vertices_) {
-    if (!vertex.external()) ++of_ros_node[vertex.callback->ros_node];
+    if (!vertex.external()) ++of_program[program_of(*vertex.callback)];
   }
   std::map<std::string, int> of_last_part;
-  for (const auto& [ros_node, vertices] : of_ros_node) ++of_last_part[last_part(ros_node)];
+  for (const auto& [program, vertices] : of_program) ++of_last_part[last_part(program)];
   std::set<std::string> taken;
   for (Vertex& vertex : vertices_) {
-    std::string name = vertex.external() ? vertex.topic.substr(1) : last_part(vertex.callback->ros_node);
-    if (!vertex.external() && of_last_part[name] > 1) name = vertex.callback->ros_node.substr(1);
-    if (!vertex.external() && of_ros_node[vertex.callback->ros_node] > 1) {
+    std::string name = vertex.external() ? vertex.topic.substr(1) : last_part(program_of(*vertex.callback));
+    if (!vertex.external() && of_last_part[name] > 1) name = program_of(*vertex.callback).substr(1);
+    if (!vertex.external() && of_program[program_of(*vertex.callback)] > 1) {
       name += vertex.callback->kind == Binding::Kind::kTimer ? ".timer_" + exact_text(vertex.callback->period)
                                                              : "." + last_part(vertex.callback->name);
     }
@@ -396,12 +471,19 @@ void InferredGraph::bound_rates() {
       continue;
     }
     double rate = 0.0;
+    std::map<std::string, double> of_sets;  // of callbacks of which one completes each
     bool known = true;
     for (const Edge& edge : edges_) {
       if (edge.to != index || edge.kept) continue;
-      rate += rates[edge.from];
       known = known && rates[edge.from] > 0.0;
+      const std::string& set = vertices_[edge.from].set;
+      if (set.empty()) {
+        rate += rates[edge.from];
+      } else {
+        of_sets[set] = std::max(of_sets[set], rates[edge.from]);
+      }
     }
+    for (const auto& [set, most] : of_sets) rate += most;
     if (!known || rate <= 0.0) continue;
     rates[index] = rate;
     vertex.min_period = nanoseconds(static_cast<nanoseconds::rep>(1e9 / (kCatchesUp * rate)));

@@ -1,5 +1,5 @@
 // The graph that is inferred from what callbacks were seen to do (inferred_app.h says how): its nodes, those that are
-// external, and edges without a cycle.
+// external, and edges without a cycle. A program is a ROS node, or a nodelet of one: what is kept there is used there.
 //
 // Thread safety: plain values.
 #pragma once
@@ -31,6 +31,9 @@ struct Vertex {
   // Of a callback of messages whose senders all have a clock: it need not run more often.
   std::optional<std::chrono::nanoseconds> min_period{};
   bool takes_all = false;  // a message that is passed over would be missed by those that come with it
+  // Where any of several callbacks may complete a set of messages: the first topic that the set is published on. Empty:
+  // it is none of these.
+  std::string set{};
   std::string name{};
 
   bool external() const { return callback == nullptr; }
@@ -62,7 +65,11 @@ class InferredGraph {
   using Callbacks = std::vector<const ObservedCallback*>;
 
   void find_sets();
-  void find_set(const Callbacks& callbacks, const std::string& topic);
+  void find_set(Callbacks callbacks, const std::string& topic);
+  Callbacks keepers_beside(const Callbacks& publishing) const;
+  bool sent_by_one(const Callbacks& callbacks) const;
+  std::size_t count_sent(const ObservedCallback& callback, const std::string& topic) const;
+  std::set<std::string> sent_topics(const ObservedCallback& callback) const;
   std::set<const ObservedCallback*> senders_before(const ObservedCallback& callback) const;
   Callbacks senders_to(const ObservedCallback& callback) const;
   bool is_behind(const ObservedCallback& callback, const ObservedCallback& other) const;
@@ -91,9 +98,11 @@ class InferredGraph {
   // Callbacks that keep a message for a set, and the one that completes it.
   std::map<const ObservedCallback*, const ObservedCallback*> completed_by_;
   std::set<const ObservedCallback*> any_completes_;  // of sets that now one of these completes, now another
-  std::set<const ObservedCallback*> look_alikes_;    // several of one program that cannot be told apart
-  std::vector<Edge> found_;                          // in any order
-  std::vector<Edge> edges_;                          // those that form no cycle
+  // What these sets publish, and how often: each of their callbacks may, also one that did not while it was observed.
+  std::map<const ObservedCallback*, std::map<std::string, std::size_t>> set_publishes_;
+  std::set<const ObservedCallback*> look_alikes_;  // several of one program that cannot be told apart
+  std::vector<Edge> found_;                        // in any order
+  std::vector<Edge> edges_;                        // those that form no cycle
   Indices order_;
   std::vector<std::string> remarks_;
 };

@@ -17,18 +17,25 @@ namespace catan_ros {
 namespace {
 
 constexpr std::string_view kFileEnding = ".observed";
+constexpr std::string_view kSingle = "single";
+constexpr std::string_view kMulti = "multi";
 
 std::string name_of(const ObservedCallback& callback) {
   return callback.kind == Binding::Kind::kTimer ? std::to_string(callback.period.count()) : callback.name;
 }
 
 std::optional<ObservedCallback> parse_callback(const std::vector<std::string_view>& fields) {
-  if (fields.size() != 5) return std::nullopt;
+  if (fields.size() != 5 && fields.size() != 7) return std::nullopt;
   const std::optional<Binding::Kind> kind = parse_kind(fields[2]);
   if (!kind) return std::nullopt;
   ObservedCallback callback;
   callback.kind = *kind;
   callback.type = fields[4] == kEmptyField ? std::string_view() : fields[4];
+  if (fields.size() == 7) {
+    if (fields[6] != kSingle && fields[6] != kMulti) return std::nullopt;
+    callback.nodelet = fields[5];
+    callback.one_at_a_time = fields[6] == kSingle;
+  }
   if (*kind == Binding::Kind::kTimer) {
     const std::optional<std::int64_t> period = parse_number(fields[3]);
     if (!period) return std::nullopt;
@@ -56,6 +63,14 @@ std::optional<ObservedRun> parse_run(const std::vector<std::string_view>& fields
 
 }  // namespace
 
+bool of_one_program(const ObservedCallback& a, const ObservedCallback& b) {
+  return a.ros_node == b.ros_node && a.nodelet == b.nodelet;
+}
+
+const std::string& program_of(const ObservedCallback& callback) {
+  return callback.nodelet.empty() ? callback.ros_node : callback.nodelet;
+}
+
 std::unique_ptr<ObservationLog> ObservationLog::open(const std::string& folder, const std::string& ros_node) {
   const std::string path = folder + "/" + std::to_string(::getpid()) + std::string(kFileEnding);
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0600);
@@ -69,8 +84,11 @@ ObservationLog::~ObservationLog() { ::close(file_); }
 
 std::size_t ObservationLog::add(const ObservedCallback& callback) {
   const std::size_t number = count_.fetch_add(1);
+  const std::string_view calls = callback.one_at_a_time ? kSingle : kMulti;
+  const std::string nodelet_fields =
+      callback.nodelet.empty() ? std::string() : "\t" + callback.nodelet + "\t" + std::string(calls);
   write("callback\t" + std::to_string(number) + "\t" + std::string(kind_text(callback.kind)) + "\t" +
-        name_of(callback) + "\t" + std::string(or_nothing(callback.type)) + "\n");
+        name_of(callback) + "\t" + std::string(or_nothing(callback.type)) + nodelet_fields + "\n");
   return number;
 }
 

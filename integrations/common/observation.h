@@ -5,7 +5,9 @@
 //
 //   node<tab>/detector                                          whose file it is
 //   callback<tab>0<tab>topic<tab>/images<tab>sensor_msgs/Image   its callbacks, as they come to be; of a timer the
-//                                                               period in ns in place of the name
+//                                                               period in ns in place of the name; of a nodelet's
+//                                                               two more fields, its name and how its queue calls
+//                                                               callbacks: `single`, one at a time, or `multi`
 //   run<tab>0<tab>71<tab>52000<tab>1200<tab>/camera<tab>/things  thread, begin on the monotonic clock, CPU time of the
 //                                                               thread (both in ns), who sent the message, the topics
 //                                                               that it published on, separated by commas
@@ -47,10 +49,17 @@ struct ObservedCallback {
   std::string name{};                  // of a topic or service
   std::chrono::nanoseconds period{0};  // of a timer
   std::string type{};                  // of the messages
+  std::string nodelet{};               // of the ROS node; empty: of none that is known
+  bool one_at_a_time = false;          // so the nodelet's queue calls it and its like
   std::vector<ObservedRun> runs{};
 
   friend bool operator==(const ObservedCallback&, const ObservedCallback&) = default;
 };
+
+// Of one nodelet, or of one ROS node where of none: what is in the memory of the one is in that of the other.
+bool of_one_program(const ObservedCallback& a, const ObservedCallback& b);
+// The name of that program.
+const std::string& program_of(const ObservedCallback& callback);
 
 class ObservationLog {
  public:

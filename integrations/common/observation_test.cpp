@@ -35,6 +35,13 @@ ObservedCallback written_detector() {
   return callback;
 }
 
+ObservedCallback written_nodelet() {
+  ObservedCallback callback = written_detector();
+  callback.nodelet = "/detector";
+  callback.one_at_a_time = true;
+  return callback;
+}
+
 class ObservationTest : public testing::Test {
  protected:
   ObservationTest() {
@@ -58,6 +65,22 @@ TEST_F(ObservationTest, WhatProgramsWroteIsReadBack) {
   EXPECT_THAT(read_observations(folder), ElementsAre(written_camera(), written_detector()));
 }
 
+TEST_F(ObservationTest, WhoseNodeletsCallbacksAreIsReadBack) {
+  const auto log = ObservationLog::open(folder, "/camera");
+  ASSERT_NE(log, nullptr);
+  ObservedCallback side_by_side = written_nodelet();
+  side_by_side.nodelet = "/tracker";
+  side_by_side.one_at_a_time = false;
+  side_by_side.runs.clear();
+  log->add_run(log->add(written_nodelet()), written_nodelet().runs[0]);
+  log->add(side_by_side);
+  EXPECT_THAT(read_observations(folder), ElementsAre(written_nodelet(), side_by_side));
+  EXPECT_EQ(program_of(side_by_side), "/tracker");
+  EXPECT_EQ(program_of(written_detector()), "/camera");
+  EXPECT_FALSE(of_one_program(side_by_side, written_nodelet()));
+  EXPECT_FALSE(of_one_program(written_detector(), written_nodelet()));
+}
+
 TEST_F(ObservationTest, WithoutAFolderThereIsNone) {
   EXPECT_EQ(ObservationLog::open(folder + "/nowhere", "/camera"), nullptr);
   EXPECT_THAT(read_observations(folder + "/nowhere"), IsEmpty());
@@ -71,6 +94,8 @@ TEST(ParseObservations, WhatIsNotUnderstoodIsLeftOut) {
       "callback\t1\ttimer\tsoon\t-\n"
       "callback\t2\ttopic\t/images\t-\n"
       "callback\tx\ttopic\t/images\t-\n"
+      "callback\t3\ttopic\t/images\t-\t/proc\n"
+      "callback\t4\ttopic\t/images\t-\t/proc\tmany\n"
       "run\t7\t1\t2\t3\t-\t-\n"
       "run\t2\t1\t2\n"
       "run\t2\t1\t-2\t3\t-\t-\n"

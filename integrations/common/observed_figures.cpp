@@ -102,9 +102,9 @@ std::size_t count_published(const ObservedCallback& callback, const std::string&
 }
 
 std::string described(const ObservedCallback& callback) {
-  if (callback.kind == Binding::Kind::kTimer) return callback.ros_node + "'s timer of " + exact_text(callback.period);
-  return callback.ros_node + "'s " + (callback.kind == Binding::Kind::kTopic ? "subscription of " : "service ") +
-         callback.name;
+  const std::string who = (callback.nodelet.empty() ? "" : "nodelet ") + program_of(callback) + "'s ";
+  if (callback.kind == Binding::Kind::kTimer) return who + "timer of " + exact_text(callback.period);
+  return who + (callback.kind == Binding::Kind::kTopic ? "subscription of " : "service ") + callback.name;
 }
 
 std::string duration_text(nanoseconds time) {

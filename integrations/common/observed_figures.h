@@ -29,7 +29,7 @@ std::vector<ObservedCallback> of_data(std::vector<ObservedCallback> callbacks);
 // Anything at all; in how many runs, on a topic.
 bool publishes(const ObservedCallback& callback);
 std::size_t count_published(const ObservedCallback& callback, const std::string& topic);
-// "/mapper's subscription of /scan".
+// "/mapper's subscription of /scan", or "nodelet /turn's subscription of /image".
 std::string described(const ObservedCallback& callback);
 
 std::string duration_text(std::chrono::nanoseconds time);  // with three decimals at most, and kMinCost at least
