@@ -24,25 +24,38 @@ bool read_flags(std::string_view text, Binding& binding) {
 
 std::optional<Binding> parse_binding(std::string_view line) {
   const std::vector<std::string_view> fields = split(line, '\t');
-  if (fields.size() != 8) return std::nullopt;
+  if (fields.size() != 9) return std::nullopt;
   Binding binding;
   binding.node = fields[0];
   binding.ros_node = fields[1];
-  const std::optional<Binding::Kind> kind = parse_kind(fields[2]);
+  if (fields[2] != kEmptyField) binding.nodelet = fields[2];
+  const std::optional<Binding::Kind> kind = parse_kind(fields[3]);
   if (!kind) return std::nullopt;
   binding.kind = *kind;
   if (binding.kind == Binding::Kind::kTimer) {
-    const std::optional<std::int64_t> period = parse_number(fields[3]);
+    const std::optional<std::int64_t> period = parse_number(fields[4]);
     if (!period || *period == 0) return std::nullopt;
     binding.period = std::chrono::nanoseconds{*period};
   } else if (binding.kind != Binding::Kind::kLoop) {
-    binding.name = fields[3];
+    binding.name = fields[4];
   }
-  if (!read_flags(fields[4], binding)) return std::nullopt;
-  binding.predecessors = read_list(fields[5]);
-  binding.output_topics = read_list(fields[6]);
-  binding.successors = read_list(fields[7]);
+  if (!read_flags(fields[5], binding)) return std::nullopt;
+  binding.predecessors = read_list(fields[6]);
+  binding.output_topics = read_list(fields[7]);
+  binding.successors = read_list(fields[8]);
   return binding;
+}
+
+// The first that `is_one` and that names the nodelet; else the first that `is_one` and names none.
+template <class IsOne>
+const Binding* find_of_nodelet(const std::vector<Binding>& bindings, std::string_view nodelet, const IsOne& is_one) {
+  const Binding* of_any = nullptr;
+  for (const Binding& binding : bindings) {
+    if (!is_one(binding)) continue;
+    if (binding.nodelet == nodelet) return &binding;
+    if (binding.nodelet.empty() && of_any == nullptr) of_any = &binding;
+  }
+  return of_any;
 }
 
 }  // namespace
@@ -67,8 +80,8 @@ std::string to_text(const std::vector<Binding>& bindings) {
         binding.kind == Binding::Kind::kTimer ? std::to_string(binding.period.count()) : binding.name;
     text += binding.node;
     for (const std::string_view field :
-         {std::string_view(binding.ros_node), kind_text(binding.kind), or_nothing(name), or_nothing(flags),
-          or_nothing(predecessors), or_nothing(topics), or_nothing(successors)}) {
+         {std::string_view(binding.ros_node), or_nothing(binding.nodelet), kind_text(binding.kind), or_nothing(name),
+          or_nothing(flags), or_nothing(predecessors), or_nothing(topics), or_nothing(successors)}) {
       text += '\t';
       text += field;
     }
@@ -95,17 +108,17 @@ std::vector<Binding> bindings_of(const std::vector<Binding>& bindings, std::stri
   return own;
 }
 
-const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind kind, std::string_view name) {
-  const auto found = std::find_if(bindings.begin(), bindings.end(),
-                                  [&](const Binding& binding) { return binding.kind == kind && binding.name == name; });
-  return found == bindings.end() ? nullptr : &*found;
+const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind kind, std::string_view name,
+                          std::string_view nodelet) {
+  return find_of_nodelet(bindings, nodelet,
+                         [&](const Binding& binding) { return binding.kind == kind && binding.name == name; });
 }
 
-const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period) {
-  const auto found = std::find_if(bindings.begin(), bindings.end(), [&](const Binding& binding) {
+const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period,
+                          std::string_view nodelet) {
+  return find_of_nodelet(bindings, nodelet, [&](const Binding& binding) {
     return binding.kind == Binding::Kind::kTimer && binding.period == period;
   });
-  return found == bindings.end() ? nullptr : &*found;
 }
 
 }  // namespace catan_ros

@@ -1,11 +1,12 @@
 // Which callback is which node, as the command tells it to programs: text in an environment variable, a line a node.
 // People write it in YAML (docs/ros1.md, docs/illixr.md), which the command checks against the app.
 //
-//   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map<tab>GP,NC
+//   GL<tab>/localiser<tab>-<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map<tab>GP,NC
 //
-// are node, program (ROS: the ROS node; ILLIXR: the plugin), kind, name (of a timer: its period in ns; of a loop:
-// nothing), what is said of the node (queue, itself, world, within, separated by commas), its predecessors, the topics
-// that its successors are bound to (none: any counts), and its successors. Empty fields are "-".
+// are node, program (ROS: the ROS node; ILLIXR: the plugin), nodelet of it (none: any), kind, name (of a timer: its
+// period in ns; of a loop: nothing), what is said of the node (queue, itself, world, within, separated by commas), its
+// predecessors, the topics that its successors are bound to (none: any counts), and its successors. Empty fields are
+// "-".
 //
 // Thread safety: pure functions, plain values.
 #pragma once
@@ -30,6 +31,7 @@ struct Binding {
 
   std::string node{};
   std::string ros_node{};  // or plugin
+  std::string nodelet{};   // of the ROS node; empty: the first callback of that name, whosever it is
   Kind kind = Kind::kTopic;
   std::string name{};                        // of a topic or service; of a loop empty
   std::chrono::nanoseconds period{0};        // of a timer
@@ -52,8 +54,11 @@ std::optional<std::vector<Binding>> parse_bindings(std::string_view text);
 
 // Those of one ROS node.
 std::vector<Binding> bindings_of(const std::vector<Binding>& bindings, std::string_view ros_node);
-// Null: none.
-const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind kind, std::string_view name);
-const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period);
+// Of a callback of that nodelet (empty: of none): the binding that names the nodelet, else one that names none. Null:
+// there is none.
+const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind kind, std::string_view name,
+                          std::string_view nodelet);
+const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period,
+                          std::string_view nodelet);
 
 }  // namespace catan_ros

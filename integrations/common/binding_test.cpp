@@ -18,7 +18,8 @@ std::vector<Binding> some_bindings() {
   Binding save{.node = "save", .ros_node = "/localiser", .kind = Binding::Kind::kService, .name = "/save"};
   save.always_gives_output = true;
   Binding loop{.node = "show", .ros_node = "timewarp", .kind = Binding::Kind::kLoop};
-  return {scan, match, save, loop};
+  Binding turn{.node = "turn", .ros_node = "/manager", .nodelet = "/turn", .name = "/image"};
+  return {scan, match, save, loop, turn};
 }
 
 TEST(Bindings, AreTheSameAsText) {
@@ -29,9 +30,9 @@ TEST(Bindings, AreTheSameAsText) {
 }
 
 TEST(Bindings, OtherTextIsNone) {
-  for (const char* text :
-       {"GL", "GL\t/l\ttopic\t/scan\t-\t-\t-", "GL\t/l\tsubject\t/scan\t-\t-\t-\t-", "GL\t/l\ttimer\tsoon\t-\t-\t-\t-",
-        "GL\t/l\ttimer\t-5\t-\t-\t-\t-", "GL\t/l\ttopic\t/scan\tfast\t-\t-\t-"}) {
+  for (const char* text : {"GL", "GL\t/l\t-\ttopic\t/scan\t-\t-\t-", "GL\t/l\ttopic\t/scan\t-\t-\t-\t-",
+                           "GL\t/l\t-\tsubject\t/scan\t-\t-\t-\t-", "GL\t/l\t-\ttimer\tsoon\t-\t-\t-\t-",
+                           "GL\t/l\t-\ttimer\t-5\t-\t-\t-\t-", "GL\t/l\t-\ttopic\t/scan\tfast\t-\t-\t-"}) {
     EXPECT_FALSE(parse_bindings(text)) << text;
   }
 }
@@ -39,11 +40,24 @@ TEST(Bindings, OtherTextIsNone) {
 TEST(Bindings, AreFoundByWhatTheFrameworkKnows) {
   const std::vector<Binding> own = bindings_of(some_bindings(), "/localiser");
   ASSERT_EQ(own.size(), 2U);
-  EXPECT_EQ(find_named(own, Binding::Kind::kTopic, "/scan"), &own[0]);
-  EXPECT_EQ(find_named(own, Binding::Kind::kService, "/save"), &own[1]);
-  EXPECT_EQ(find_named(own, Binding::Kind::kService, "/scan"), nullptr);
-  EXPECT_EQ(find_timer(own, 50ms), nullptr);
-  EXPECT_NE(find_timer(bindings_of(some_bindings(), "/laser"), 50ms), nullptr);
+  EXPECT_EQ(find_named(own, Binding::Kind::kTopic, "/scan", ""), &own[0]);
+  EXPECT_EQ(find_named(own, Binding::Kind::kService, "/save", ""), &own[1]);
+  EXPECT_EQ(find_named(own, Binding::Kind::kService, "/scan", ""), nullptr);
+  EXPECT_EQ(find_timer(own, 50ms, ""), nullptr);
+  EXPECT_NE(find_timer(bindings_of(some_bindings(), "/laser"), 50ms, ""), nullptr);
+}
+
+TEST(Bindings, ThatNameANodeletAreOfThatOneAlone) {
+  const std::vector<Binding> own{
+      {.node = "any", .ros_node = "/manager", .name = "/image"},
+      {.node = "turn", .ros_node = "/manager", .nodelet = "/turn", .name = "/image"},
+      {.node = "tick", .ros_node = "/manager", .nodelet = "/turn", .kind = Binding::Kind::kTimer, .period = 50ms}};
+  EXPECT_EQ(find_named(own, Binding::Kind::kTopic, "/image", "/turn"), &own[1]);
+  EXPECT_EQ(find_named(own, Binding::Kind::kTopic, "/image", "/scale"), &own[0]) << "which names none";
+  EXPECT_EQ(find_named(own, Binding::Kind::kTopic, "/image", ""), &own[0]);
+  EXPECT_EQ(find_timer(own, 50ms, "/turn"), &own[2]);
+  EXPECT_EQ(find_timer(own, 50ms, "/scale"), nullptr);
+  EXPECT_EQ(find_timer(own, 50ms, ""), nullptr);
 }
 
 TEST(Bindings, WhatIsPublishedForSuccessorsIsOutput) {

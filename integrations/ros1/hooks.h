@@ -1,9 +1,9 @@
 // Between the two libraries of the port to ROS 1.
 //
 // libcatan_ros1_preload.so is loaded into every program that `catan ros run` starts, shells and Python among them. It
-// needs nothing but the C library, takes the place of a few functions of roscpp and passes them on. Where a program
-// uses them and the environment has bindings, or a folder for what is observed, it loads libcatan_ros1.so, which has
-// all the rest (and needs roscpp, which such a program has).
+// needs nothing but the C library, takes the place of a few functions of roscpp and nodeletlib and passes them on.
+// Where a program uses them and the environment has bindings, or a folder for what is observed, it loads
+// libcatan_ros1.so, which has all the rest (and needs roscpp, which such a program has).
 //
 // Thread safety: as roscpp's own functions.
 #pragma once
@@ -19,6 +19,7 @@
 #include <sys/types.h>
 
 #include <atomic>
+#include <string>
 
 namespace catan_ros {
 
@@ -59,6 +60,15 @@ struct Hooks {
   // What end() gets; null: this queue has none.
   void* (*begin)(const ros::CallbackQueue* queue);
   void (*end)(void* begun);
+
+  // A nodelet manager has a new queue, whose callbacks it calls one at a time or side by side, or gives one up; a
+  // nodelet gets a queue (common/nodelet_queues.h).
+  void (*add_nodelet_queue)(const ros::CallbackQueueInterface* queue, bool one_at_a_time);
+  void (*remove_nodelet_queue)(const ros::CallbackQueueInterface* queue);
+  void (*set_nodelet)(const ros::CallbackQueueInterface* queue, const std::string& nodelet);
+  // Around a manager's call of a callback of such a queue; what the first returns the second gets.
+  void* (*call_nodelet)(const ros::CallbackQueueInterface* queue);
+  void (*called_nodelet)(void* taken);
 };
 
 }  // namespace catan_ros

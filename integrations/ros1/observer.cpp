@@ -16,6 +16,7 @@
 #include <boost/make_shared.hpp>
 
 #include "common/observation.h"
+#include "ros1/nodelet_hooks.h"
 
 namespace catan_ros {
 namespace {
@@ -143,11 +144,20 @@ class ObservedService final : public ros::ServiceCallbackHelper {
   const std::size_t callback_;
 };
 
+// It is to be called from that queue; null: from the handle's.
+void set_owner(ObservedCallback& callback, const ros::NodeHandle& handle,
+               const ros::CallbackQueueInterface* asked_for) {
+  const ros::CallbackQueueInterface& queue = asked_for != nullptr ? *asked_for : *handle.getCallbackQueue();
+  callback.nodelet = nodelet_of(queue);
+  callback.one_at_a_time = !callback.nodelet.empty() && calls_one_at_a_time(queue);
+}
+
 // The options are the program's, which may use them again.
 ros::Subscriber observed_subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& options, Subscribe next) {
   ObservationLog* const log = g_observer->log();
   if (log == nullptr) return (handle.*next)(options);
   ObservedCallback callback;
+  set_owner(callback, handle, options.callback_queue);
   callback.name = handle.resolveName(options.topic);
   callback.type = options.datatype;
   ros::SubscribeOptions own = options;
@@ -164,6 +174,7 @@ ros::ServiceServer observed_service(ros::NodeHandle& handle, ros::AdvertiseServi
   if (log == nullptr) return (handle.*next)(options);
   ObservedCallback callback;
   callback.kind = Binding::Kind::kService;
+  set_owner(callback, handle, options.callback_queue);
   callback.name = handle.resolveName(options.service);
   callback.type = options.datatype;
   ros::AdvertiseServiceOptions own = options;
@@ -181,6 +192,7 @@ Timer create_observed(const ros::NodeHandle& handle, Options& options, Next next
   if (log == nullptr || options.oneshot || options.period.toNSec() <= 0) return (handle.*next)(options);
   ObservedCallback callback;
   callback.kind = Binding::Kind::kTimer;
+  set_owner(callback, handle, options.callback_queue);
   callback.period = std::chrono::nanoseconds{options.period.toNSec()};
   Options own = options;
   own.callback = [inner = options.callback, log, number = log->add(callback)](const Event& event) {
@@ -215,6 +227,8 @@ void publish_observed(const ros::Publisher& publisher, const SerializeMessage& s
 const char* no_node() { return nullptr; }
 void adopt_nothing(const char*) {}
 void nothing_to_shut_down() {}
+void* no_turn_of_nodelets(const ros::CallbackQueueInterface*) { return nullptr; }
+void no_turn_to_give_back(void*) {}
 
 const std::atomic<bool> kNoTurns{false};
 
@@ -237,7 +251,12 @@ const Hooks* observing_hooks(const std::string& folder) {
                             nullptr,
                             nullptr,
                             nullptr,
-                            nullptr};
+                            nullptr,
+                            add_nodelet_queue,
+                            remove_nodelet_queue,
+                            set_nodelet,
+                            no_turn_of_nodelets,
+                            no_turn_to_give_back};
   return &kHooks;
 }
 

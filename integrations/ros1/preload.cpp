@@ -1,7 +1,7 @@
-// libcatan_ros1_preload.so: functions of roscpp by their own names, found before roscpp's (hooks.h).
+// libcatan_ros1_preload.so: functions of roscpp and nodeletlib by their own names, found before theirs (hooks.h).
 //
-// Names are looked up when they are first used, so that programs without roscpp can have this loaded, too. It needs the
-// libraries of C and C++ alone.
+// Names are looked up when they are first used, so that programs without these can have this loaded, too. It needs the
+// libraries of C and C++ alone. Where it was compiled without nodeletlib's headers, that one's functions are its own.
 #include <dlfcn.h>
 #include <pthread.h>
 
@@ -17,22 +17,28 @@
 #include "common/observation.h"
 #include "ros1/hooks.h"
 
+#ifdef CATAN_NODELETLIB_LIBRARY
+#include <nodelet/detail/callback_queue.h>
+#include <nodelet/detail/callback_queue_manager.h>
+#include <nodelet/nodelet.h>
+#endif
+
 namespace {
 
 using catan_ros::Hooks;
 
 std::atomic<const Hooks*> g_hooks{nullptr};
 
-// The function of that name which would have been called without this library.
-void* next_function(const char* name) {
+// The function of that name which would have been called without this library. `owner` is whose it is.
+void* next_function(const char* name, const char* owner = CATAN_ROSCPP_LIBRARY) {
   void* found = ::dlsym(RTLD_NEXT, name);
   if (found == nullptr) {
     // Loaded by a plugin, for itself.
-    void* const library = ::dlopen(CATAN_ROSCPP_LIBRARY, RTLD_LAZY | RTLD_NOLOAD);
+    void* const library = ::dlopen(owner, RTLD_LAZY | RTLD_NOLOAD);
     if (library != nullptr) found = ::dlsym(library, name);
   }
   if (found == nullptr) {
-    std::fprintf(stderr, "catan: roscpp has no function %s; start the program without catan ros run\n", name);
+    std::fprintf(stderr, "catan: %s has no function %s; start the program without catan ros run\n", owner, name);
     std::abort();
   }
   return found;
@@ -40,13 +46,13 @@ void* next_function(const char* name) {
 
 // As the Itanium ABI has it, for functions that are not virtual.
 template <class Member>
-Member next_member(const char* name) {
+Member next_member(const char* name, const char* owner = CATAN_ROSCPP_LIBRARY) {
   struct Representation {
     void* function;
     std::ptrdiff_t adjustment;
   };
   static_assert(sizeof(Member) == sizeof(Representation));
-  const Representation representation{next_function(name), 0};
+  const Representation representation{next_function(name, owner), 0};
   Member member;
   std::memcpy(&member, &representation, sizeof member);
   return member;
@@ -125,6 +131,31 @@ class Calling {
  private:
   void* begun_ = nullptr;
 };
+
+#ifdef CATAN_NODELETLIB_LIBRARY
+// From the call of a nodelet's callback by its manager to its return. Its turn is taken before nodeletlib and roscpp
+// take locks of their own: a bound callback that removes the other's subscription would wait for these.
+class CallingNodelet {
+ public:
+  explicit CallingNodelet(const ros::CallbackQueueInterface* queue) : known_(g_hooks.load(std::memory_order_acquire)) {
+    if (known_ != nullptr) taken_ = known_->call_nodelet(queue);
+  }
+  ~CallingNodelet() {
+    if (taken_ != nullptr) known_->called_nodelet(taken_);
+  }
+  CallingNodelet(const CallingNodelet&) = delete;
+  CallingNodelet& operator=(const CallingNodelet&) = delete;
+
+ private:
+  const Hooks* const known_;
+  void* taken_ = nullptr;
+};
+
+template <class Member>
+Member next_of_nodeletlib(const char* name) {
+  return next_member<Member>(name, CATAN_NODELETLIB_LIBRARY);
+}
+#endif
 
 }  // namespace
 
@@ -215,3 +246,50 @@ void shutdown() {
 }
 
 }  // namespace ros
+
+#ifdef CATAN_NODELETLIB_LIBRARY
+namespace nodelet {
+
+// Whose callbacks it is to make is known before it makes any.
+void Nodelet::init(const std::string& name, const M_string& remapping_args, const V_string& my_argv,
+                   ros::CallbackQueueInterface* st_queue, ros::CallbackQueueInterface* mt_queue) {
+  using Init = void (Nodelet::*)(const std::string&, const M_string&, const V_string&, ros::CallbackQueueInterface*,
+                                 ros::CallbackQueueInterface*);
+  static const auto kNext = next_of_nodeletlib<Init>(
+      "_ZN7nodelet7Nodelet4initERKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEERKSt3mapIS6_S6_St4lessIS6_ESaISt4"
+      "pairIS7_S6_EEERKSt6vectorIS6_SaIS6_EEPN3ros22CallbackQueueInterfaceESP_");
+  if (const Hooks* const known = hooks()) {
+    known->set_nodelet(st_queue, name);
+    known->set_nodelet(mt_queue, name);
+  }
+  (this->*kNext)(name, remapping_args, my_argv, st_queue, mt_queue);
+}
+
+namespace detail {
+
+void CallbackQueueManager::addQueue(const CallbackQueuePtr& queue, bool threaded) {
+  using AddQueue = void (CallbackQueueManager::*)(const CallbackQueuePtr&, bool);
+  static const auto kNext = next_of_nodeletlib<AddQueue>(
+      "_ZN7nodelet6detail20CallbackQueueManager8addQueueERKN5boost10shared_ptrINS0_13CallbackQueueEEEb");
+  if (const Hooks* const known = hooks()) known->add_nodelet_queue(queue.get(), !threaded);
+  (this->*kNext)(queue, threaded);
+}
+
+void CallbackQueueManager::removeQueue(const CallbackQueuePtr& queue) {
+  using RemoveQueue = void (CallbackQueueManager::*)(const CallbackQueuePtr&);
+  static const auto kNext = next_of_nodeletlib<RemoveQueue>(
+      "_ZN7nodelet6detail20CallbackQueueManager11removeQueueERKN5boost10shared_ptrINS0_13CallbackQueueEEE");
+  if (const Hooks* const known = g_hooks.load(std::memory_order_acquire)) known->remove_nodelet_queue(queue.get());
+  (this->*kNext)(queue);
+}
+
+uint32_t CallbackQueue::callOne() {
+  using CallOne = uint32_t (CallbackQueue::*)();
+  static const auto kNext = next_of_nodeletlib<CallOne>("_ZN7nodelet6detail13CallbackQueue7callOneEv");
+  const CallingNodelet calling(this);
+  return (this->*kNext)();
+}
+
+}  // namespace detail
+}  // namespace nodelet
+#endif

@@ -8,6 +8,8 @@
 #include <thread>
 #include <utility>
 
+#include "ros1/nodelet_hooks.h"
+
 namespace catan_ros {
 namespace {
 
@@ -25,6 +27,11 @@ std::string describe(const Binding& binding) {
       break;
   }
   return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
+}
+
+// Whose callback it is.
+std::string owner_of(const Binding& binding) {
+  return binding.nodelet.empty() ? binding.ros_node : "nodelet " + binding.nodelet + " of " + binding.ros_node;
 }
 
 void tell(ServerConnection::Severity severity, const std::string& text) {
@@ -56,22 +63,29 @@ bool Program::notes_messages() {
          std::any_of(own.begin(), own.end(), [](const Binding& binding) { return !binding.predecessors.empty(); });
 }
 
-void Program::note_subscription(const std::string& topic) {
+void Program::note_subscription(const std::string& topic, const ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
+  if (message_runs_ == nullptr) return;
+  const std::string nodelet = nodelet_of(queue);
   for (const Binding& binding : bindings()) {
-    if (message_runs_ != nullptr && !binding.predecessors.empty())
-      message_runs_->note_subscription(binding.node, topic);
+    const bool may_take = binding.nodelet.empty() || nodelet.empty() || binding.nodelet == nodelet;
+    if (may_take && !binding.predecessors.empty()) message_runs_->note_subscription(binding.node, topic);
   }
+}
+
+bool Program::is_bound() {
+  const std::lock_guard lock(mutex_);
+  return !bindings().empty();
 }
 
 BoundNode* Program::find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
-  return find(find_named(bindings(), kind, name), queue);
+  return bindings().empty() ? nullptr : find(find_named(bindings(), kind, name, nodelet_of(queue)), queue);
 }
 
 BoundNode* Program::find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
-  return find(catan_ros::find_timer(bindings(), period), queue);
+  return bindings().empty() ? nullptr : find(catan_ros::find_timer(bindings(), period, nodelet_of(queue)), queue);
 }
 
 BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& queue) {
@@ -84,8 +98,10 @@ BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& qu
     return nodes_.back().get();
   }
   if (&(*known)->original() == &queue && (*known)->take()) return known->get();
-  ROS_WARN("catan: there is another callback of %s; the first one is node %s, the other is not scheduled",
-           describe(*binding).c_str(), binding->node.c_str());
+  const std::string nodelet = binding->nodelet.empty() ? nodelet_of(queue) : std::string();
+  ROS_WARN("catan: there is another callback of %s; the first one is node %s, the other is not scheduled%s",
+           describe(*binding).c_str(), binding->node.c_str(),
+           nodelet.empty() ? "" : (" (it is of nodelet " + nodelet + ": a binding may name one)").c_str());
   return nullptr;
 }
 
@@ -101,7 +117,7 @@ void Program::tell_missing() {
         std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == binding; });
     if (is_there) continue;
     ROS_WARN("catan: %s has not asked for %s in %d s, which is to be node %s; the others go on",
-             binding.ros_node.c_str(), describe(binding).c_str(), static_cast<int>(kAllShouldBeThere.count()),
+             owner_of(binding).c_str(), describe(binding).c_str(), static_cast<int>(kAllShouldBeThere.count()),
              binding.node.c_str());
   }
 }

@@ -28,15 +28,19 @@ class Program {
   // `message_runs` may be null.
   Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs);
 
-  // The node of a callback of this program; null: no binding names it. Of several of the same name
-  // the first is the node, as long as it is there; the others stay as they are.
+  // The node of a callback of this program, which is to be called from that queue; null: no binding names it. Of
+  // several of the same name the first is the node, as long as it is there; the others stay as they are. Where the
+  // binding names a nodelet, those are none of these.
   BoundNode* find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue);
   BoundNode* find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue);
 
   // Whether runs of this program's nodes have predecessors, so that it matters which messages it gets.
   bool notes_messages();
-  // It subscribes that topic: those that send on it are told that its nodes may take it.
-  void note_subscription(const std::string& topic);
+  // It subscribes that topic, with that queue: those that send on it are told that its nodes may take it, of a nodelet
+  // those that are the same nodelet's.
+  void note_subscription(const std::string& topic, const ros::CallbackQueueInterface& queue);
+  // Some callback of this program is to be a node.
+  bool is_bound();
   KeptMessages& kept() { return kept_; }
 
   // The calling thread works for the node. Where that is refused, it stays as it is.

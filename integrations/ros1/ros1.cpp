@@ -13,6 +13,7 @@
 
 #include "common/observation.h"
 #include "ros1/hooks.h"
+#include "ros1/nodelet_hooks.h"
 #include "ros1/noting_helper.h"
 #include "ros1/observer.h"
 #include "ros1/program.h"
@@ -33,7 +34,7 @@ ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& option
   const std::string topic = handle.resolveName(options.topic);
   BoundNode* const node = g_program->find(Binding::Kind::kTopic, topic, queue);
   if (node == nullptr && !g_program->notes_messages()) return (handle.*next)(options);
-  g_program->note_subscription(topic);
+  g_program->note_subscription(topic, queue);
   ros::SubscribeOptions own = options;
   own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
   if (node != nullptr) {
@@ -166,6 +167,19 @@ void* begin(const ros::CallbackQueue* queue) {
 
 void end(void* begun) { static_cast<Turns*>(begun)->end(true); }
 
+// A program without bindings is as without Catan.
+void add_queue_of_bound(const ros::CallbackQueueInterface* queue, bool one_at_a_time) {
+  if (g_program->is_bound()) add_nodelet_queue(queue, one_at_a_time);
+}
+
+void set_nodelet_of_bound(const ros::CallbackQueueInterface* queue, const std::string& name) {
+  if (g_program->is_bound()) set_nodelet(queue, name);
+}
+
+void* call_nodelet(const ros::CallbackQueueInterface* queue) { return nodelet_queues().call(queue); }
+
+void called_nodelet(void* taken) { NodeletQueues::called(taken); }
+
 }  // namespace
 }  // namespace catan_ros
 
@@ -191,6 +205,11 @@ extern "C" const catan_ros::Hooks* catan_ros1_hooks() {
                             enter,
                             leave,
                             &catan_ros::begin,
-                            &catan_ros::end};
+                            &catan_ros::end,
+                            add_queue_of_bound,
+                            remove_nodelet_queue,
+                            set_nodelet_of_bound,
+                            call_nodelet,
+                            called_nodelet};
   return &kHooks;
 }

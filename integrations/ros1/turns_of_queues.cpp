@@ -60,6 +60,11 @@ Turns* turns_of(const ros::CallbackQueue* queue) {
 
 const std::atomic<bool>& has_turns() { return registry().any; }
 
+NodeletQueues& nodelet_queues() {
+  static NodeletQueues& queues = *new NodeletQueues;
+  return queues;
+}
+
 // What is put into the queue. Called by its spinner, or let go unused.
 class LentTurn::Loan {
  public:
@@ -128,6 +133,7 @@ std::unique_ptr<Turn> make_turn(ros::CallbackQueueInterface& queue) {
   if (const auto* const own = dynamic_cast<const ros::CallbackQueue*>(&queue)) {
     if (Turns* const turns = turns_of(own)) return std::make_unique<QueueTurn>(*turns);
   }
+  if (auto turn = nodelet_queues().turn_of(&queue)) return turn;
   return std::make_unique<LentTurn>(queue);
 }
 

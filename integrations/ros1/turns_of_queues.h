@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "common/bound_callback.h"
+#include "common/nodelet_queues.h"
 #include "common/turns.h"
 
 namespace catan_ros {
@@ -19,6 +20,9 @@ namespace catan_ros {
 Turns* turns_of(const ros::CallbackQueue* queue);
 Turns* find_turns(const ros::CallbackQueue* queue);
 const std::atomic<bool>& has_turns();
+
+// Of this program; never let go.
+NodeletQueues& nodelet_queues();
 
 // Of a queue of roscpp's own class, whose spinners are seen by the hooks.
 class QueueTurn final : public Turn {
@@ -31,9 +35,9 @@ class QueueTurn final : public Turn {
   Turns& turns_;
 };
 
-// Of any other queue, a nodelet's above all: a callback is put into it, and who calls that waits until the node's run
-// has ended. So whatever keeps callbacks of that queue apart keeps the node apart, too. It takes two more changes of
-// thread.
+// Of any other queue than roscpp's and nodelets': a callback is put into it, and who calls that waits until the node's
+// run has ended. So whatever keeps callbacks of that queue apart keeps the node apart, too. It takes two more changes
+// of thread, and the run begins when that other thread has got a CPU.
 class LentTurn final : public Turn {
  public:
   explicit LentTurn(ros::CallbackQueueInterface& queue) : queue_(queue) {}

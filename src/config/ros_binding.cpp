@@ -13,7 +13,7 @@
 namespace ctn::config {
 namespace {
 
-constexpr std::array<std::string_view, 4> kRosKeys{"node", "topic", "timer", "service"};
+constexpr std::array<std::string_view, 5> kRosKeys{"node", "nodelet", "topic", "timer", "service"};
 constexpr std::array<std::string_view, 2> kBindFileKeys{"catan", "ros"};
 constexpr std::string_view kRosHint =
     "write it as in {node: /mapper, topic: /scan}, {node: /mapper, timer: 100ms} or {node: /mapper, service: /save}";
@@ -58,6 +58,7 @@ std::optional<RosCallback> read_ros_callback(const Value& value, const std::stri
   if (!expect(value, ValueKind::kMap, key, kRosHint, problems)) return std::nullopt;
   const MapReader map(value, key, kRosKeys, problems);
   const Value* const node = map.find("node");
+  const Value* const nodelet = map.find("nodelet");
   const Value* const topic = map.find("topic");
   const Value* const timer = map.find("timer");
   const Value* const service = map.find("service");
@@ -74,6 +75,11 @@ std::optional<RosCallback> read_ros_callback(const Value& value, const std::stri
   std::optional<std::string> name = read_ros_name(*node, map.key_of("node"), problems);
   if (!name) return std::nullopt;
   callback.node = std::move(*name);
+  if (nodelet != nullptr) {
+    name = read_ros_name(*nodelet, map.key_of("nodelet"), problems);
+    if (!name) return std::nullopt;
+    callback.nodelet = std::move(*name);
+  }
   if (timer != nullptr) {
     callback.kind = RosCallback::Kind::kTimer;
     const auto period = read_positive_duration(*timer, map.key_of("timer"), problems);
@@ -101,6 +107,17 @@ std::vector<NodeId> nodes_needing_input(const std::vector<RosBinding>& bindings)
     if (callback.kind == RosCallback::Kind::kTopic) nodes.push_back(node);
   }
   return nodes;
+}
+
+Status check_without_nodelets(const std::vector<RosBinding>& bindings, const graph::App& app) {
+  Problems problems;
+  for (const auto& [node, callback] : bindings) {
+    if (callback.nodelet.empty()) continue;
+    problems.add(callback.place, fmt::format("{}: ros.nodelet", app.graph.node(node).name), "ROS 2 has no nodelets",
+                 "name the component by node:, and leave nodelet: out");
+  }
+  if (!problems.empty()) return std::move(problems).to_error();
+  return Done{};
 }
 
 Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app) {

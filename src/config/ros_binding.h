@@ -6,6 +6,7 @@
 //     GL: { node: /localiser, topic: /scan }
 //     GP: { node: /planner, timer: 500ms }
 //     map: { node: /mapper, service: /mapper/save }
+//     turn: { node: /manager, nodelet: /turn, topic: /image }
 //
 // which holds for all nodes that it names; what the app file says of others stays. Whether there are such callbacks
 // only the running programs know.
@@ -30,14 +31,16 @@ namespace ctn::config {
 struct RosCallback {
   enum class Kind { kTopic, kTimer, kService };
 
-  std::string node;  // the ROS node's full name: /mapper
+  std::string node;     // the ROS node's full name: /mapper
+  std::string nodelet;  // of it, in full; empty: any, or none
   Kind kind = Kind::kTopic;
   std::string name;  // of the topic or service, full; of a timer empty
   Nanos period{0};   // of a timer
   Place place;
 
   bool same_as(const RosCallback& other) const {
-    return node == other.node && kind == other.kind && name == other.name && period == other.period;
+    return node == other.node && nodelet == other.nodelet && kind == other.kind && name == other.name &&
+           period == other.period;
   }
 };
 
@@ -52,6 +55,9 @@ std::vector<RosBinding> read_ros_bindings(const Value& root, const graph::App& a
 // Of these, the nodes that are called for messages alone: callbacks of topics. Timers need none; a service's requests
 // come from who asks, not from the nodes before it.
 std::vector<NodeId> nodes_needing_input(const std::vector<RosBinding>& bindings);
+
+// Errors (kCaller): one of these names a nodelet, of which ROS 2 has none.
+Status check_without_nodelets(const std::vector<RosBinding>& bindings, const graph::App& app);
 
 // What an app file says, which has been read as `app`, in the order of its nodes. Errors (kCaller): two nodes are one
 // callback; a node that is external has one.

@@ -47,6 +47,31 @@ TEST(RosBinding, OfTheAppFile) {
   EXPECT_EQ((*bindings)[1].callback.name, "/scan");
 }
 
+// Two nodelets of one manager take one topic.
+TEST(RosBinding, NodeletsOfOneManagerAreToldApart) {
+  constexpr std::string_view kBindFile =
+      "catan: 1\nros:\n"
+      "  scan: { node: /manager, nodelet: /camera, timer: 50ms }\n"
+      "  GL: { node: /manager, nodelet: /left, topic: /scan }\n"
+      "  GP: { node: /manager, topic: /scan }\n";
+  const graph::App app = ros_app();
+  const auto bindings = ros_bindings(kRosApp, "app.yaml", app, kBindFile, "bind.yaml");
+  ASSERT_TRUE(bindings.ok()) << bindings.error().message();
+  ASSERT_EQ(bindings->size(), 3U);
+  EXPECT_EQ((*bindings)[0].callback.nodelet, "/camera");
+  EXPECT_EQ((*bindings)[0].callback.kind, RosCallback::Kind::kTimer);
+  EXPECT_EQ((*bindings)[1].callback.nodelet, "/left");
+  EXPECT_EQ((*bindings)[2].callback.nodelet, "") << "whichever is the first";
+  EXPECT_FALSE((*bindings)[1].callback.same_as((*bindings)[2].callback));
+
+  const Status ros2 = check_without_nodelets(*bindings, app);
+  ASSERT_FALSE(ros2.ok());
+  EXPECT_THAT(ros2.error().message(),
+              testing::AllOf(HasSubstr("bind.yaml:3:9: scan: ros.nodelet: ROS 2 has no nodelets"),
+                             HasSubstr("bind.yaml:4:7: GL: ros.nodelet"), testing::Not(HasSubstr("bind.yaml:5"))));
+  EXPECT_TRUE(check_without_nodelets({(*bindings)[2]}, app).ok());
+}
+
 TEST(RosBinding, CallbacksOfTopicsNeedInput) {
   const graph::App app = ros_app();
   const auto needs = [&](const char* name) { return app.graph.node(*app.graph.find_node(name)).needs_input; };
@@ -89,6 +114,9 @@ TEST(RosBinding, WhatIsWrongWithABindFileIsToldWithItsPlace) {
       HasSubstr("nodes 'GP' and 'GL' are the same callback"));
   EXPECT_THAT(refused("catan: 1\nros: { GP: { node: planner, topic: /b } }\n"),
               HasSubstr("'planner' is not the full name of anything in ROS"));
+  EXPECT_THAT(refused("catan: 1\nros: { GP: { node: /p, nodelet: proc, topic: /b } }\n"),
+              HasSubstr("bind.yaml:2:33: ros.GP.nodelet: 'proc' is not the full name of anything in ROS"));
+  EXPECT_THAT(refused("catan: 1\nros: { GP: { nodelet: /proc, topic: /b } }\n"), HasSubstr("the ROS node is missing"));
   EXPECT_THAT(refused("catan: 1\nros: { GP: { node: /p, topic: /b, timer: 1s } }\n"),
               HasSubstr("one of topic, timer and service"));
   EXPECT_THAT(refused("ros: {}\n"), HasSubstr("the version of the format is missing"));

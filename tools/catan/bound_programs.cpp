@@ -40,13 +40,15 @@ std::vector<std::string> output_topics(const graph::Graph& graph, NodeId node,
   return topics;
 }
 
-// Whether all that take its data are callbacks of the same program.
+// Whether all that take its data are callbacks of the same program, and of the same nodelet as far as that is said:
+// nodelets share no memory but that of messages.
 bool feeds_own_program(const graph::Graph& graph, const ProgramCallback& callback,
                        const std::vector<ProgramCallback>& callbacks) {
   const std::vector<NodeId>& successors = graph.node(callback.node).successors;
   return !successors.empty() && std::all_of(successors.begin(), successors.end(), [&](NodeId successor) {
     const ProgramCallback* const bound = find_bound(callbacks, successor);
-    return bound != nullptr && bound->program == callback.program;
+    if (bound == nullptr || bound->program != callback.program) return false;
+    return bound->nodelet.empty() || callback.nodelet.empty() || bound->nodelet == callback.nodelet;
   });
 }
 
@@ -58,6 +60,7 @@ std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph,
     catan_ros::Binding one;
     one.node = node.name;
     one.ros_node = callback.program;
+    one.nodelet = callback.nodelet;
     one.kind = callback.kind;
     one.name = callback.name;
     one.period = callback.period;

@@ -43,6 +43,7 @@ struct ProgramCallback {
   Nanos period{0};      // of a timer
   // On which topics what it publishes is output (none: any). Not set: those that its successors are bound to.
   std::optional<std::vector<std::string>> outputs;
+  std::string nodelet{};  // of the ROS node; empty: any
 };
 
 struct BoundPrograms {

@@ -154,6 +154,7 @@ struct CieInput {
 Result<CieInput> cie_input(const PlanOptions& options, const config::AppFile& file, int cores) {
   auto bindings = config::ros_bindings(file.text, options.app, file.app);
   if (!bindings) return bindings.error();
+  if (const Status fits = config::check_without_nodelets(*bindings, file.app); !fits) return fits.error();
   if (bindings->empty()) {
     return Error::caller(fmt::format("no node of app {} is a callback of a ROS program", file.app.name),
                          "write ros: {node: /mapper, topic: /scan} at its nodes (docs/ros2.md)");

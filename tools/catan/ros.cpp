@@ -31,6 +31,7 @@ int run(const RosRunOptions& options) {
 
 void add_ros_run_command(CLI::App& ros, int& exit_code) {
   auto options = std::make_shared<RosRunOptions>();
+  options->has_nodelets = true;
   CLI::App* command = ros.add_subcommand("run", "Schedule the ROS 1 programs that a command starts");
   command->footer(
       "Examples:\n"

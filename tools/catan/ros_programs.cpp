@@ -27,7 +27,8 @@ catan_ros::Binding::Kind bound_kind(config::RosCallback::Kind kind) {
 std::vector<ProgramCallback> bound_ros_callbacks(const std::vector<config::RosBinding>& bindings) {
   std::vector<ProgramCallback> bound;
   for (const auto& [node, callback] : bindings) {
-    bound.push_back({node, bound_kind(callback.kind), callback.node, callback.name, callback.period, {}});
+    bound.push_back(
+        {node, bound_kind(callback.kind), callback.node, callback.name, callback.period, {}, callback.nodelet});
   }
   return bound;
 }
@@ -43,6 +44,9 @@ Result<std::vector<config::RosBinding>> load_ros_bindings(const config::AppFile&
     return Error::caller(fmt::format("no node of app {} is a callback of a ROS program", file.app.name),
                          "write ros: {node: /mapper, topic: /scan} at its nodes, or give a file with --bind "
                          "(docs/ros1.md)");
+  }
+  if (bindings && !options.has_nodelets) {
+    if (const Status fits = config::check_without_nodelets(*bindings, file.app); !fits) return fits.error();
   }
   return bindings;
 }

@@ -13,6 +13,7 @@ namespace ctn::tool {
 struct RosRunOptions {
   BoundProgramsOptions programs;
   std::string bind;
+  bool has_nodelets = false;  // ROS 1
 
   // `starts` says what COMMAND is.
   void add_to(CLI::App& command_line, const std::string& starts);

@@ -1,5 +1,5 @@
 // Which run a message is of, where programs do not just take messages from sockets: nodelets, which share them, and
-// synchronizers of message_filters, which keep them.
+// synchronizers of message_filters, which keep them. And which of a manager's nodelets a callback is of.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -72,6 +72,54 @@ ros:
   EXPECT_GE(part_found(messages, runs), 0.9);
   EXPECT_TRUE(std::is_sorted(runs.begin(), runs.end())) << "never an older one";
   EXPECT_GT(static_cast<double>(taken("follow", "detect").size()), 0.9 * static_cast<double>(messages.size()));
+}
+
+// Both subscribe to /images and have a timer of 5 ms, in one manager.
+TEST_F(LineageTest, NodeletsOfOneManagerAreBoundApart) {
+  write("app.yaml", R"(catan: 1
+app: nodelets
+nodes: { camera: { fallback_rate: 50Hz }, detect: { fallback_rate: 50Hz }, watch: { fallback_rate: 50Hz },
+         tick: { fallback_rate: 100Hz } }
+edges: [ camera -> detect, camera -> watch ]
+objective: [ { response_time: [camera, detect], weight: 1 }, { response_time: [camera, watch], weight: 1 },
+             { period: tick, weight: 1 } ]
+scheduler: { bootstrap: 300ms }
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  camera: { node: /manager, nodelet: /camera, timer: 20ms }
+  detect: { node: /manager, nodelet: /detector, topic: /images }
+  watch: { node: /manager, nodelet: /watcher, topic: /images }
+  tick: { node: /manager, nodelet: /detector, timer: 5ms }
+)");
+  write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log --watcher\n");
+  const int run = start_under_catan("--scheduler default --json --seconds 3 --record run.catan -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_EQ(counted("nodelets", "overlaps"), 0) << "of one nodelet, the watcher's timer is not bound";
+  EXPECT_GT(counted("nodelets", "calls"), 30);
+  EXPECT_GT(counted("nodelets", "watched"), 30);
+  const Json report = Json::parse(text_of(path("run.out")));
+  EXPECT_GT(node(report, "detect")["compute_ms"]["p50"].get<double>(), 4.5);
+  EXPECT_LT(node(report, "watch")["compute_ms"]["p50"].get<double>(), 4.5);
+  EXPECT_LT(node(report, "tick")["compute_ms"]["p50"].get<double>(), 4.5);
+  EXPECT_GT(node(report, "tick")["runs"].get<long>(), 100);
+  EXPECT_THAT(text_of(path("run.err")), testing::Not(testing::HasSubstr("there is another callback")));
+  EXPECT_GT(taken("detect", "camera").size(), 30U);
+  EXPECT_GT(taken("watch", "camera").size(), 30U);
+}
+
+TEST_F(LineageTest, WhatNodeletsAreIsInferredApart) {
+  write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log --watcher\n");
+  const std::string bind = std::string(CATAN_COMMAND) + " ros bind --seconds 3 -- ./launch.sh";
+  ASSERT_EQ(wait(start("bind", bind), seconds{60}), 0) << text_of(path("bind.err"));
+  const std::string app = text_of(path("app.yaml"));
+  EXPECT_THAT(app, testing::AllOf(testing::HasSubstr("  camera: {"),
+                                  testing::HasSubstr("ros: { node: /manager, nodelet: /camera, timer: 20ms } }"),
+                                  testing::HasSubstr("ros: { node: /manager, nodelet: /detector, topic: /images } }"),
+                                  testing::HasSubstr("ros: { node: /manager, nodelet: /watcher, topic: /images } }"),
+                                  testing::HasSubstr("ros: { node: /manager, nodelet: /follower, topic: /things } }"),
+                                  testing::HasSubstr("ros: { node: /manager, nodelet: /detector, timer: 5ms } }")));
+  EXPECT_THAT(text_of(path("bind.err")), testing::Not(testing::HasSubstr("cannot be told")));
 }
 
 // A node that has several inputs is bound to one of them; its program keeps the others until it runs.

@@ -1,10 +1,14 @@
 // A nodelet manager that knows nothing of Catan, with a pipeline of nodelets, for the tests: a camera, whose timer
 // makes messages that are shared and not copied, a detector and a follower.
 //
-//   nodelets --counts FILE --log FILE
+//   nodelets --counts FILE --log FILE [--watcher]
 //
-// What was counted is written to FILE, as JSON, ten times a second: calls of the follower, callbacks of one nodelet
-// that overlapped, messages that were copied on their way. Each message that the follower gets is a line of the log.
+// With --watcher another takes the detector's topic and has a timer of its period. It is loaded first, so whatever is
+// said of the first callback of that name is said of its.
+//
+// What was counted is written to FILE, as JSON, ten times a second: calls of the follower and of the watcher, callbacks
+// of one nodelet that overlapped, messages that were copied on their way. Each message that the follower gets is a line
+// of the log.
 #include <nodelet/loader.h>
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
@@ -25,6 +29,7 @@ namespace {
 std::string g_counts_file;
 std::string g_log;
 std::atomic<long> g_calls{0};
+std::atomic<long> g_watched{0};
 std::atomic<long> g_overlaps{0};
 std::atomic<long> g_copies{0};
 
@@ -84,6 +89,27 @@ class Detector : public nodelet::Nodelet {
   std::atomic<int> inside_{0};
 };
 
+// As the detector, for any two of its callbacks, but quicker.
+class Watcher : public nodelet::Nodelet {
+  void onInit() override {
+    in_ = getNodeHandle().subscribe<std_msgs::Int64>("/images", 10, [this](const std_msgs::Int64::ConstPtr&) {
+      if (++inside_ > 1) ++g_overlaps;
+      burn(1.0);
+      ++g_watched;
+      --inside_;
+    });
+    timer_ = getNodeHandle().createTimer(ros::Duration(0.005), [this](const ros::TimerEvent&) {
+      if (++inside_ > 1) ++g_overlaps;
+      burn(0.5);
+      --inside_;
+    });
+  }
+
+  ros::Subscriber in_;
+  ros::Timer timer_;
+  std::atomic<int> inside_{0};
+};
+
 class Follower : public nodelet::Nodelet {
   static void on_thing(const std_msgs::Int64::ConstPtr& message) {
     std::ofstream(g_log, std::ios::app) << message->data << "\n";
@@ -97,13 +123,14 @@ class Follower : public nodelet::Nodelet {
 boost::shared_ptr<nodelet::Nodelet> make(const std::string& type) {
   if (type == "camera") return boost::make_shared<Camera>();
   if (type == "detector") return boost::make_shared<Detector>();
+  if (type == "watcher") return boost::make_shared<Watcher>();
   return boost::make_shared<Follower>();
 }
 
 void write_counts_of_all(const ros::SteadyTimerEvent&) {
   const std::string written = g_counts_file + ".new";
-  std::ofstream(written) << "{\"calls\": " << g_calls << ", \"overlaps\": " << g_overlaps
-                         << ", \"copies\": " << g_copies << "}";
+  std::ofstream(written) << "{\"calls\": " << g_calls << ", \"watched\": " << g_watched
+                         << ", \"overlaps\": " << g_overlaps << ", \"copies\": " << g_copies << "}";
   std::rename(written.c_str(), g_counts_file.c_str());
 }
 
@@ -111,10 +138,11 @@ void write_counts_of_all(const ros::SteadyTimerEvent&) {
 
 int main(int count, char** arguments) {
   ros::init(count, arguments, "manager");
-  if (count != 5) return 2;
+  if (count != 5 && count != 6) return 2;
   g_counts_file = arguments[2];
   g_log = arguments[4];
   nodelet::Loader loader(boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)>{make});
+  if (count == 6 && !loader.load("/watcher", "watcher", {}, {})) return 1;
   for (const char* const name : {"camera", "detector", "follower"}) {
     if (!loader.load(std::string("/") + name, name, {}, {})) return 1;
   }
