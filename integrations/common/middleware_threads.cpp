@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kThreadLibraries{"libboost_thread", "libstdc++", "libc.so", "libc-",
                                                            "libpthread"};
-constexpr std::array<std::string_view, 8> kMiddleware{"libroscpp",  "libnodeletlib", "libddsc",  "libfastrtps",
-                                                      "libfastdds", "librmw_",       "libzenoh", "libiceoryx"};
+constexpr std::array<std::string_view, 7> kMiddleware{"libroscpp", "libddsc",  "libfastrtps", "libfastdds",
+                                                      "librmw_",   "libzenoh", "libiceoryx"};
 
 template <std::size_t N>
 bool begins_with_any(std::string_view name, const std::array<std::string_view, N>& beginnings) {

@@ -1,6 +1,6 @@
 // Threads that a middleware makes for itself (roscpp's network and timers, DDS's receivers) work for all nodes of the
 // program. They are known by who makes them: the first caller of pthread_create() that is no library for threads. A
-// nodelet manager's threads count, too: no callback of a nodelet's queue runs before they have been there.
+// nodelet manager's are none: they call the nodelets' callbacks.
 //
 // In its library's own thread each says so to the port, as soon as there is one; it needs nothing but the C library,
 // since it is part of what is loaded into programs.

@@ -16,9 +16,10 @@ TEST(MiddlewareThreads, AreThoseThatAMiddlewareMakesForItself) {
   EXPECT_EQ(maker_of({"libddsc.so.0", "ddsrt_thread_create"}), Maker::kMiddleware);
   EXPECT_EQ(maker_of({"librmw_cyclonedds_cpp.so", ""}), Maker::kMiddleware);
   EXPECT_EQ(maker_of({"libfastrtps.so.2.6", ""}), Maker::kMiddleware);
-  EXPECT_EQ(maker_of({"libnodeletlib.so.1d", ""}), Maker::kMiddleware) << "a bound callback needs their turns";
   EXPECT_EQ(maker_of({"libroscpp.so.4d", "_ZN3ros16AsyncSpinnerImpl5startEv"}), Maker::kOther)
       << "it calls the program's callbacks";
+  EXPECT_EQ(maker_of({"libnodeletlib.so.1d", "_ZN7nodelet6detail20CallbackQueueManagerC1Ej"}), Maker::kOther)
+      << "so do the threads of a nodelet manager";
   EXPECT_EQ(maker_of({"my_robot", "main"}), Maker::kOther);
   EXPECT_EQ(maker_of({"", ""}), Maker::kOther);
 }
