@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -448,6 +449,19 @@ TEST(InferApp, WhatIsNotCalledByTurnsIsNoSet) {
   rotated.image.runs = runs_of({.every = 50ms, .cpu_time = 10us, .from = "/manager"});
   EXPECT_THAT(rotated.app(), AllOf(HasSubstr("  - camera -> rotate   # /info\n"), Not(HasSubstr("queue"))));
   EXPECT_THAT(infer_app(rotated.all(), {}, "robot").remarks, IsEmpty());
+}
+
+// For a while the program had two connections, and each image came twice.
+TEST(InferApp, AMessageThatCameTwiceTakesNoTurnFromTheOther) {
+  RotatedImages rotated;
+  const std::vector<ObservedRun> once = rotated.image.runs;
+  for (std::size_t run = 0; run < once.size() / 2; ++run) {
+    rotated.image.runs.push_back(once[run]);
+    rotated.image.runs.back().begin += 2ms;
+  }
+  const auto begins_earlier = [](const ObservedRun& a, const ObservedRun& b) { return a.begin < b.begin; };
+  std::sort(rotated.image.runs.begin(), rotated.image.runs.end(), begins_earlier);
+  EXPECT_THAT(infer_app(rotated.all(), {}, "robot").remarks, Contains(HasSubstr("are used with those of /info")));
 }
 
 // It gets what comes of what the other sends: no set can have both.

@@ -23,6 +23,9 @@ constexpr double kMostSets = 0.8;
 // Callbacks that so large a part of their runs is by turns, of so many runs at least, are called for one set each time.
 constexpr double kByTurns = 0.9;
 constexpr std::size_t kMinTurns = 5;
+// A run that begins within so much of the median interval after the one before is of a message that came twice: roscpp
+// now and then has two connections for one topic in a program.
+constexpr double kSameMessage = 0.25;
 // How much more often than messages come a callback may run: so that one that was late once runs as soon as its message
 // is there again, some runs later.
 constexpr double kCatchesUp = 1.1;
@@ -41,12 +44,24 @@ bool overlap(const ObservedCallback& a, const ObservedCallback& b) {
   return a.runs.front().begin <= b.runs.back().begin && b.runs.front().begin <= a.runs.back().begin;
 }
 
+// Once for each message.
+std::vector<nanoseconds> begins_of(const ObservedCallback& callback) {
+  const auto repeated =
+      std::chrono::duration_cast<nanoseconds>(median_interval(callback).value_or(nanoseconds{0}) * kSameMessage);
+  std::vector<nanoseconds> begins;
+  for (const ObservedRun& run : callback.runs) begins.push_back(run.begin);
+  std::sort(begins.begin(), begins.end());
+  const auto same = [repeated](nanoseconds first, nanoseconds second) { return second - first <= repeated; };
+  begins.erase(std::unique(begins.begin(), begins.end(), same), begins.end());
+  return begins;
+}
+
 // Whether now the one is called and now the other.
 bool by_turns(const ObservedCallback& a, const ObservedCallback& b) {
   if (std::min(a.runs.size(), b.runs.size()) < kMinTurns) return false;
   std::vector<std::pair<nanoseconds, bool>> begins;
-  for (const ObservedRun& run : a.runs) begins.emplace_back(run.begin, false);
-  for (const ObservedRun& run : b.runs) begins.emplace_back(run.begin, true);
+  for (const nanoseconds begin : begins_of(a)) begins.emplace_back(begin, false);
+  for (const nanoseconds begin : begins_of(b)) begins.emplace_back(begin, true);
   std::sort(begins.begin(), begins.end());
   std::size_t changes = 0;
   for (std::size_t run = 1; run < begins.size(); ++run) {
