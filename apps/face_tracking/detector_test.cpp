@@ -1,8 +1,11 @@
 #include "detector.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
+#include <string>
 #include <utility>
 
 #include "footage.h"
@@ -67,6 +70,39 @@ TEST(Detector, TellsWhichPackageIsMissing) {
   ASSERT_FALSE(detector.ok());
   EXPECT_EQ(detector.error().kind(), ErrorKind::kEnvironment);
   EXPECT_NE(detector.error().problems().front().hint.find("opencv-data"), std::string::npos);
+}
+
+// So that many runs look for them only once.
+TEST(Footage, FacesThatWereFoundBeforeAreTheSame) {
+  FootageFiles files;
+  files.faces = testing::TempDir() + "faces_" + std::to_string(getpid()) + ".png";
+  std::filesystem::remove(files.faces);
+  const auto found = load_footage(files);
+  ASSERT_TRUE(found.ok()) << found.error().message();
+  ASSERT_TRUE(std::filesystem::exists(files.faces));
+  const auto read = load_footage(files);
+  ASSERT_TRUE(read.ok()) << read.error().message();
+  ASSERT_EQ(read->faces.size(), found->faces.size());
+  for (std::size_t face = 0; face < read->faces.size(); ++face) {
+    EXPECT_EQ(cv::norm(read->faces[face].pixels, found->faces[face].pixels, cv::NORM_INF), 0.0);
+    EXPECT_EQ(cv::norm(read->faces[face].alpha, found->faces[face].alpha, cv::NORM_INF), 0.0);
+  }
+}
+
+TEST(Footage, AnotherPictureIsRefused) {
+  FootageFiles files;
+  files.faces = files.examples + "/leuvenA.jpg";
+  const auto footage = load_footage(files);
+  ASSERT_FALSE(footage.ok());
+  EXPECT_NE(footage.error().message().find("no picture of the film's faces"), std::string::npos);
+}
+
+TEST(Footage, FacesThatCannotBeKeptAreAnError) {
+  FootageFiles files;
+  files.faces = "/nowhere/faces.png";
+  const auto footage = load_footage(files);
+  ASSERT_FALSE(footage.ok());
+  EXPECT_NE(footage.error().message().find("cannot write /nowhere/faces.png"), std::string::npos);
 }
 
 TEST(Footage, TellsWhichPackageIsMissing) {

@@ -1,7 +1,11 @@
 #include "footage.h"
 
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <string>
 #include <utility>
 
 #include <opencv2/imgcodecs.hpp>
@@ -51,6 +55,8 @@ cv::Mat soft_ellipse(int size) {
   return alpha;
 }
 
+int patch_side() { return static_cast<int>(std::lround(kPatchMargin * kFaceSize)); }
+
 Face cut_out(const cv::Mat& frame, const cv::Rect& found, const cv::Mat& alpha) {
   const cv::Point2f centre(static_cast<float>(found.x) + 0.5F * static_cast<float>(found.width),
                            static_cast<float>(found.y) + 0.5F * static_cast<float>(found.height));
@@ -64,7 +70,7 @@ Face cut_out(const cv::Mat& frame, const cv::Rect& found, const cv::Mat& alpha) 
   return face;
 }
 
-Result<std::vector<Face>> load_faces(const FootageFiles& files) {
+Result<std::vector<Face>> find_faces(const FootageFiles& files) {
   cv::CascadeClassifier cascade;
   if (!std::filesystem::exists(files.cascade()) || !cascade.load(files.cascade())) {
     return missing(files.cascade(), "opencv-data");
@@ -73,7 +79,7 @@ Result<std::vector<Face>> load_faces(const FootageFiles& files) {
   cv::VideoCapture film;
   if (!std::filesystem::exists(path) || !film.open(path)) return missing(path, "opencv-doc");
 
-  const cv::Mat alpha = soft_ellipse(static_cast<int>(std::lround(kPatchMargin * kFaceSize)));
+  const cv::Mat alpha = soft_ellipse(patch_side());
   std::vector<Face> faces;
   cv::Mat frame;
   cv::Mat grey;
@@ -86,6 +92,47 @@ Result<std::vector<Face>> load_faces(const FootageFiles& files) {
   }
   if (faces.empty()) return missing(path, "opencv-doc");
   return faces;
+}
+
+Result<std::vector<Face>> read_faces(const std::string& path) {
+  const cv::Mat row = cv::imread(path, cv::IMREAD_COLOR);
+  const int side = patch_side();
+  if (row.empty() || row.rows != side || row.cols % side != 0) {
+    return Error::environment(path + " is no picture of the film's faces", "delete it, and it is made again");
+  }
+  const cv::Mat alpha = soft_ellipse(side);
+  std::vector<Face> faces;
+  for (int left = 0; left < row.cols; left += side) {
+    faces.push_back({row.colRange(left, left + side).clone(), alpha});
+  }
+  return faces;
+}
+
+// Whole or not at all, also where several programs write it at the same time.
+Status write_faces(const std::string& path, const std::vector<Face>& faces) {
+  std::vector<cv::Mat> patches;
+  for (const Face& face : faces) patches.push_back(face.pixels);
+  cv::Mat row;
+  cv::hconcat(patches, row);
+  std::vector<unsigned char> png;
+  cv::imencode(".png", row, png);
+  const std::string unfinished = path + "." + std::to_string(::getpid());
+  std::ofstream file(unfinished, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(unfinished, path, error);
+  if (!file || error) return Error::environment("cannot write " + path, "check the folder's rights and the disk");
+  return Done{};
+}
+
+Result<std::vector<Face>> load_faces(const FootageFiles& files) {
+  if (files.faces.empty()) return find_faces(files);
+  if (std::filesystem::exists(files.faces)) return read_faces(files.faces);
+  auto found = find_faces(files);
+  if (!found) return found;
+  if (Status written = write_faces(files.faces, *found); !written) return written.error();
+  return found;
 }
 
 // The middle of the photograph, at the given size.

@@ -18,6 +18,10 @@ struct FootageFiles {
   std::string examples = "/usr/share/doc/opencv-doc/examples/data";
   std::string cascades = "/usr/share/opencv4/haarcascades";
 
+  // A picture of the film's faces, cut out, in a row: where it is there, nobody has to look for them in the film, which
+  // takes a second; else it is written. Empty: neither.
+  std::string faces{};
+
   std::string cascade() const { return cascades + "/haarcascade_frontalface_alt2.xml"; }
 };
 
@@ -31,7 +35,8 @@ struct Footage {
   cv::Mat panorama;         // 8UC3, 360 degrees at the lens's raw resolution; columns go to the right
 };
 
-// Errors: a file is missing or cannot be decoded (kEnvironment, with the package to install).
+// Errors (kEnvironment): a file is missing or cannot be decoded, with the package to install; the picture of the faces
+// is another one, or cannot be written.
 Result<Footage> load_footage(const FootageFiles& files);
 
 }  // namespace ctn::face_tracking

@@ -66,7 +66,7 @@ int print(const Outcome& outcome) {
 }
 
 int run(const Options& options) {
-  const FootageFiles files;
+  const FootageFiles files{.faces = options.faces};
   auto detector = Detector::open(files.cascade());
   if (!detector) return program::fail(kProgram, detector.error());
   auto session = Session::open(options.app_file, session_options(options));

@@ -55,6 +55,9 @@ std::variant<Options, program::Leave> parse_options(int argc, const char* const*
   app.add_option("--slowdown", options.slowdown, "each run burns X-1 times its own CPU time more, as on a slower board")
       ->check(within(1.0, 100.0))
       ->capture_default_str();
+  app.add_option("--faces", options.faces,
+                 "a picture of the film's faces, so that many runs look for them only once: read where it is there, "
+                 "else written");
   app.add_option("--app", options.app_file, "the app file")->default_str("face_tracking.yaml beside the program");
   CLI::Option* const in_virtual_time =
       app.add_flag("--virtual", options.virtual_time,

@@ -18,6 +18,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::string record;  // empty: none
   std::string app_file;
+  std::string faces;  // a picture of the film's, which saves looking for them; empty: none
   double slowdown = 1.0;
   bool virtual_time = false;
   std::string costs;  // in virtual time: what runs cost

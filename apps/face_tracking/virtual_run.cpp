@@ -21,7 +21,7 @@ double seconds(nanoseconds time) { return std::chrono::duration<double>(time).co
 }  // namespace
 
 Result<Outcome> run_virtually(const Options& options, const Watch& watch) {
-  const FootageFiles files;
+  const FootageFiles files{.faces = options.faces};
   auto detector = Detector::open(files.cascade());
   if (!detector) return detector.error();
   auto simulation = Simulation::open(options.app_file, {.costs = options.costs,

@@ -40,7 +40,10 @@ struct Options {
   bool check = false;
   int failed = 0;  // the exit code of a trial that went wrong after others had gone well
 
-  std::string log() const { return (std::filesystem::path(out) / "face_tracking.log").string(); }
+  FaceTracking face_tracking() const {
+    const std::filesystem::path folder = out;
+    return {program, setting.slowdown, (folder / "faces.png").string(), (folder / "face_tracking.log").string()};
+  }
 };
 
 int fail(const Error& error) {
@@ -100,14 +103,16 @@ class Progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// What the nodes cost here, which says where to sweep, and what a trial takes beside what it measures: a
-// short trial that does not count.
+// What the nodes cost here, which says where to sweep, and what a trial takes beside what it measures: the second of
+// two short trials that do not count. The first finds the film's faces for all that follow.
 Result<Compute> calibrate(Options& options) {
   fmt::print(stderr, "measuring what the nodes cost ... ");
   const Trial trial{0, options.setting.cpu_sets.front(), "catan", options.setting.medium_speed,
                     1, options.setting.slowdown};
+  const Result<Measured> first = run_trial(options.face_tracking(), trial);
+  if (!first) return first.error();
   const auto start = std::chrono::steady_clock::now();
-  const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
+  const Result<Measured> run = run_trial(options.face_tracking(), trial);
   if (!run) return run.error();
   const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options.setting.overhead = passed - trial.seconds;
@@ -121,7 +126,7 @@ void take_a_closer_look(const Options& options) {
   fmt::print(stderr, "recording one run under Catan and one under the default, for a closer look\n");
   for (Trial trial : looked_at(options.setting)) {
     trial.record = record_of(options.out, trial).string();
-    const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
+    const Result<Measured> run = run_trial(options.face_tracking(), trial);
     if (run || g_signal != 0) continue;
     static_cast<void>(fail(run.error()));
     std::error_code gone;
@@ -129,19 +134,20 @@ void take_a_closer_look(const Options& options) {
   }
 }
 
-// What a demonstration before left of its runs, which are not of these results.
-void forget_records(const Options& options) {
+// What a demonstration before left, which is not of these results.
+void forget_what_was(const Options& options) {
   std::error_code not_there;
   std::filesystem::remove(std::filesystem::path(options.out) / kLookPage, not_there);
+  std::filesystem::remove(options.face_tracking().faces, not_there);
   for (const Trial& trial : looked_at(options.setting)) {
     std::filesystem::remove(record_of(options.out, trial), not_there);
   }
 }
 
 Result<Results> run_all(Options& options) {
-  forget_records(options);
+  forget_what_was(options);
   // Before minutes are spent on results that could not be kept.
-  if (Status log = write_file(options.log(), ""); !log) return log.error();
+  if (Status log = write_file(options.face_tracking().log, ""); !log) return log.error();
 
   Result<experiments::Host> host = experiments::look_at_host(options.program);
   if (!host) return host.error();
@@ -162,7 +168,7 @@ Result<Results> run_all(Options& options) {
   Progress progress(trials.size());
   for (const Trial& trial : trials) {
     progress.begin(trial);
-    Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
+    Result<Measured> run = run_trial(options.face_tracking(), trial);
     if (g_signal != 0) break;
     if (!run && results.runs.empty()) return run.error();
     if (!run) {  // what was measured until now is worth keeping

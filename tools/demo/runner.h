@@ -8,11 +8,18 @@
 
 namespace ctn::demo {
 
-// The command line, quoted for a shell.
-std::string command_line(const std::string& program, const Trial& trial, double slowdown);
+struct FaceTracking {
+  std::string program;
+  double slowdown = 1.0;
+  std::string faces;  // what its first run has found in the film, and the others need not look for
+  std::string log;    // what it says on stderr is added
+};
 
-// Blocks until the program has ended; one that hangs is ended by timeout(1). What it says on stderr is added to `log`.
-// A trial in which no picture reached the motor is run once more, for longer. Errors: kEnvironment, what went wrong.
-Result<Measured> run_trial(const std::string& program, const Trial& trial, double slowdown, const std::string& log);
+// The command line, quoted for a shell.
+std::string command_line(const FaceTracking& app, const Trial& trial);
+
+// Blocks until the program has ended; one that hangs is ended by timeout(1). A trial in which no picture reached the
+// motor is run once more, for longer. Errors: kEnvironment, what went wrong.
+Result<Measured> run_trial(const FaceTracking& app, const Trial& trial);
 
 }  // namespace ctn::demo
