@@ -182,7 +182,7 @@ void add_method(report::Page& page, const Results& results) {
           "the end of the motor's run that used the second. It is the longest that a change in the world can wait for "
           "a "
           "reaction. Angle: between the camera's axis and the face, sampled every 2 ms. Lost: the face was outside the "
-          "picture. Warming up (2 s) is left out for every scheduler.")
+          "picture. Warming up (1.5 s) is left out for every scheduler.")
       .paragraph(
           "'default' is what the app's developer set by hand: a source of 30 Hz under ordinary Linux scheduling, "
           "however "
@@ -195,9 +195,9 @@ void add_method(report::Page& page, const Results& results) {
     seconds = std::max(seconds, run.trial.seconds);
   }
   page.paragraph(
-          fmt::format("{} trials of {:.1f} s each in {} interleaved rounds; all trials of a round give the face "
-                      "the same walk. The sweep was made at {:.1f} rad/s. Bars in the figures reach from the least "
-                      "to the greatest of the rounds.",
+          fmt::format("{} trials of {:.1f} s at most in {} interleaved rounds, rates set by hand in the first two; all "
+                      "trials of a round give the face the same walk. The sweep was made at {:.1f} rad/s. Bars in the "
+                      "figures reach from the least to the greatest of the rounds.",
                       results.runs.size(), seconds, rounds, results.medium_speed))
       .paragraph("To measure it again: make demo. The numbers behind this page: results.json beside it.");
 }
