@@ -59,9 +59,9 @@ void BoundCallback::discard_older() {
   const Discard discard;
   while (inbox_.size() > 1) {
     std::optional<Inbox::Entry> entry = inbox_.take();
-    if (!entry || entry->call() != Outcome::kAgain) continue;
-    inbox_.put_back(std::move(*entry));
-    return;
+    if (!entry) continue;
+    if (entry->call() == Outcome::kAgain) return inbox_.put_back(std::move(*entry));
+    inbox_.made();
   }
 }
 
@@ -71,7 +71,10 @@ int BoundCallback::call_waiting() {
   if (options_.takes_newest) discard_older();
   std::size_t waiting = options_.takes_all ? inbox_.size() : 1;
   for (; waiting > 0 && inbox_.size() > 0; --waiting) calls += call_one() ? 1 : 0;
-  if (calls == 0 && without_message_ && without_message_()) ++calls;
+  if (calls > 0 || !without_message_) return calls;
+  inbox_.begin_without_entry();
+  if (without_message_()) ++calls;
+  inbox_.made();
   return calls;
 }
 
@@ -81,7 +84,10 @@ bool BoundCallback::call_one() {
     std::optional<Inbox::Entry> entry = inbox_.take();
     if (!entry) return false;
     const Outcome outcome = entry->call();
-    if (outcome != Outcome::kAgain) return outcome == Outcome::kCalled;
+    if (outcome != Outcome::kAgain) {
+      inbox_.made();
+      return outcome == Outcome::kCalled;
+    }
     inbox_.put_back(std::move(*entry));
     std::this_thread::sleep_for(kBetweenTries);
   }

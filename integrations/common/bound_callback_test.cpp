@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -205,6 +206,44 @@ TEST_F(BoundCallbackTest, WhatWasRemovedIsNotCalled) {
   inbox.remove(7);
   play({}, 1);
   EXPECT_THAT(log, ElementsAre("take turn", "begin", "kept", "end with output", "give back"));
+}
+
+// Who removes it lets go of what it uses right afterwards.
+TEST_F(BoundCallbackTest, RemovingWaitsForACallThatIsUnderWay) {
+  std::atomic<bool> removed{false};
+  bool removed_meanwhile = true;
+  std::thread remover;
+  const auto call = [&] {
+    remover = std::thread([&] {
+      inbox.remove(7);
+      removed = true;
+    });
+    std::this_thread::sleep_for(30ms);
+    removed_meanwhile = removed;
+    return Outcome::kCalled;
+  };
+  inbox.put({7, call});
+  play({}, 1);
+  remover.join();
+  EXPECT_FALSE(removed_meanwhile);
+
+  without_message = [&] { return call() == Outcome::kCalled; };
+  removed = false;
+  play({}, 1);
+  remover.join();
+  EXPECT_FALSE(removed_meanwhile) << "a timer that a trigger calls";
+}
+
+TEST_F(BoundCallbackTest, RemovingAnotherOrItselfDoesNotWait) {
+  inbox.put({7, [&] {
+               std::thread([&] { inbox.remove(8); }).join();
+               inbox.remove(7);
+               return Outcome::kCalled;
+             }});
+  put("next", true, Outcome::kCalled, 7);
+  put("kept", true, Outcome::kCalled, 8);
+  play({}, 1);
+  EXPECT_EQ(inbox.size(), 0U);
 }
 
 TEST_F(BoundCallbackTest, StoppingEndsTheWaitForAMessage) {

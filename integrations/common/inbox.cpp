@@ -24,6 +24,8 @@ void Inbox::put_alone(Entry entry) {
 void Inbox::put_back(Entry entry) {
   const std::lock_guard lock(mutex_);
   entries_.push_front(std::move(entry));
+  under_way_.reset();
+  changed_.notify_all();
 }
 
 // What the entries hold is let go without the mutex: that may be the last reference to the program's objects.
@@ -33,6 +35,11 @@ void Inbox::remove(Id id) {
   std::deque<Entry> kept;
   for (Entry& entry : entries_) (entry.id == id ? removed : kept).push_back(std::move(entry));
   entries_ = std::move(kept);
+  while (is_under_way_elsewhere(id)) changed_.wait(mutex_);
+}
+
+bool Inbox::is_under_way_elsewhere(Id id) const {
+  return under_way_ && under_way_->id.value_or(id) == id && under_way_->thread != std::this_thread::get_id();
 }
 
 std::optional<Inbox::Entry> Inbox::take() {
@@ -40,7 +47,19 @@ std::optional<Inbox::Entry> Inbox::take() {
   if (entries_.empty()) return std::nullopt;
   std::optional<Entry> first = std::move(entries_.front());
   entries_.pop_front();
+  under_way_ = UnderWay{first->id, std::this_thread::get_id()};
   return first;
+}
+
+void Inbox::begin_without_entry() {
+  const std::lock_guard lock(mutex_);
+  under_way_ = UnderWay{std::nullopt, std::this_thread::get_id()};
+}
+
+void Inbox::made() {
+  const std::lock_guard lock(mutex_);
+  under_way_.reset();
+  changed_.notify_all();
 }
 
 std::deque<Inbox::Entry> Inbox::take_all() {

@@ -4,6 +4,9 @@
 // The framework's threads put calls in; the node's thread waits for them and takes them. A mutex is held no longer than
 // it takes to move a pointer, and has priority inheritance. No call is made with it held.
 //
+// Who removes a callback may let go of what it uses right afterwards, so remove() waits for a call of it that is under
+// way; a callback that removes itself does not wait.
+//
 // Thread safety: all calls from any thread.
 #pragma once
 
@@ -14,6 +17,7 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <thread>
 
 #include "common/priority_mutex.h"
 
@@ -36,9 +40,13 @@ class Inbox {
 
   void put(Entry entry);
   void put_alone(Entry entry);  // in place of all that are there
-  void put_back(Entry entry);   // in front
+  void put_back(Entry entry);   // in front; it is not under way any more
   void remove(Id id);
+  // It is under way until made() or put_back(), by the same thread.
   std::optional<Entry> take();
+  // What is called without an entry is under way until made(), and a call of any id.
+  void begin_without_entry();
+  void made();
   std::deque<Entry> take_all();
   std::size_t size() const;
 
@@ -50,9 +58,17 @@ class Inbox {
   const std::atomic<bool>& stopped() const { return stopped_; }
 
  private:
+  struct UnderWay {
+    std::optional<Id> id;  // not set: of any
+    std::thread::id thread;
+  };
+
+  bool is_under_way_elsewhere(Id id) const;
+
   mutable PriorityMutex mutex_;
   mutable PriorityCondition changed_;
   std::deque<Entry> entries_;
+  std::optional<UnderWay> under_way_;
   std::chrono::steady_clock::time_point last_put_{};
   std::atomic<bool> stopped_{false};
 };

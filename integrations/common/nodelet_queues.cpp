@@ -56,7 +56,7 @@ void NodeletQueues::remove(const void* queue) {
   Queue* const one = find(queue);
   if (one == nullptr) return;
   one->nodelet.clear();
-  one->calls.store(Calls::kUnknown);
+  one->calls.store(Calls::kGone);
 }
 
 void NodeletQueues::set_nodelet(const void* queue, const std::string& nodelet) {
@@ -75,6 +75,11 @@ bool NodeletQueues::calls_one_at_a_time(const void* queue) const {
   return one != nullptr && one->calls.load() == Calls::kOneAtATime;
 }
 
+bool NodeletQueues::is_gone(const void* queue) const {
+  const Queue* const one = find(queue);
+  return one != nullptr && one->calls.load() == Calls::kGone;
+}
+
 void* NodeletQueues::call(const void* queue) {
   Queue* const one = find(queue);
   const bool needs_turn = one != nullptr && one->calls.load() == Calls::kOneAtATime;
@@ -87,7 +92,8 @@ void NodeletQueues::called(void* taken) {
 
 std::unique_ptr<Turn> NodeletQueues::turn_of(const void* queue) {
   Queue* const one = find(queue);
-  const bool known = one != nullptr && one->calls.load() != Calls::kUnknown;
+  const Calls calls = one != nullptr ? one->calls.load() : Calls::kUnknown;
+  const bool known = calls == Calls::kOneAtATime || calls == Calls::kSideBySide;
   return known ? std::make_unique<DirectTurn>(*one) : nullptr;
 }
 

@@ -43,6 +43,8 @@ class NodeletQueues {
   // Empty: none's that is known.
   std::string nodelet_of(const void* queue) const;
   bool calls_one_at_a_time(const void* queue) const;
+  // Whether it was removed and nothing was added there since.
+  bool is_gone(const void* queue) const;
 
   // A worker calls a callback of the queue, and has done so; `taken` is what call() returned: null where no turn is
   // needed, or nothing is known of the queue.
@@ -52,7 +54,7 @@ class NodeletQueues {
   std::unique_ptr<Turn> turn_of(const void* queue);
 
  private:
-  enum class Calls { kUnknown, kOneAtATime, kSideBySide };
+  enum class Calls { kUnknown, kOneAtATime, kSideBySide, kGone };
   struct Queue {
     explicit Queue(const void* where) : address(where) {}
     const void* const address;

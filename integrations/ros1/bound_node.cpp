@@ -13,6 +13,7 @@
 
 #include <boost/make_shared.hpp>
 
+#include "ros1/nodelet_hooks.h"
 #include "ros1/turns_of_queues.h"
 
 namespace catan_ros {
@@ -115,18 +116,57 @@ class BoundNode::NotingRuns final : public Schedule {
 BoundNode::BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs,
                      const KeptMessages& kept, ServerConnection& connection)
     : binding_(std::move(binding)),
-      original_(original),
+      original_(&original),
       message_runs_(message_runs),
       kept_(kept),
       connection_(connection),
-      turn_(make_turn(original)),
-      callback_(options_of(binding_), inbox_, *turn_) {
+      callback_(options_of(binding_), inbox_, turn_) {
+  turn_.set(make_turn(original));
   if (message_runs_ != nullptr) callback_.set_newest_sent([this] { return newest_sent(); });
 }
 
 BoundNode* BoundNode::current() { return t_node; }
 
-void BoundNode::set_direct_call(std::function<bool()> call) { callback_.set_without_message(std::move(call)); }
+void BoundNode::CurrentTurn::set(std::unique_ptr<Turn> turn) {
+  const std::lock_guard lock(mutex_);
+  next_ = std::move(turn);
+}
+
+bool BoundNode::CurrentTurn::take(const std::atomic<bool>& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    held_ = next_;
+  }
+  return held_->take(stop);
+}
+
+bool BoundNode::take(ros::CallbackQueueInterface& queue) {
+  const std::lock_guard lock(bound_mutex_);
+  const bool moves = original_.load() != &queue;
+  if (moves && !has_gone(*original_.load(), binding_.nodelet)) return false;
+  if (taken_.exchange(true)) return false;
+  if (moves) {
+    original_.store(&queue);
+    turn_.set(make_turn(queue));
+  }
+  return true;
+}
+
+// What the node's thread calls is set before there is one.
+void BoundNode::set_direct_call(std::function<bool()> call) {
+  if (!started_) callback_.set_without_message([this] { return call_directly(); });
+  const std::lock_guard lock(bound_mutex_);
+  direct_call_ = std::make_shared<std::function<bool()>>(std::move(call));
+}
+
+bool BoundNode::call_directly() {
+  std::shared_ptr<std::function<bool()>> call;
+  {
+    const std::lock_guard lock(bound_mutex_);
+    call = direct_call_;
+  }
+  return call != nullptr && (*call)();
+}
 
 // The thread ends with the process at the latest: a callback under way may not return before.
 void BoundNode::start() {
@@ -147,7 +187,7 @@ void BoundNode::addCallback(const ros::CallbackInterfacePtr& callback, std::uint
   const std::lock_guard lock(bound_mutex_);
   timer_runs_.store(true);
   if (!bound_) {
-    original_.addCallback(callback, id);
+    original_.load()->addCallback(callback, id);
     return;
   }
   inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
@@ -157,7 +197,7 @@ void BoundNode::removeByID(std::uint64_t id) {
   timer_runs_.store(false);
   taken_.store(false);
   inbox_.remove(id);
-  original_.removeByID(id);
+  original_.load()->removeByID(id);
 }
 
 void BoundNode::note_begun() {
@@ -239,7 +279,7 @@ void BoundNode::bind(bool bound) {
   settled_changed_.notify_all();
   if (bound) return;
   for (Inbox::Entry& entry : inbox_.take_all()) {
-    original_.addCallback(boost::make_shared<HandedOn>(std::move(entry.call)), entry.id);
+    original_.load()->addCallback(boost::make_shared<HandedOn>(std::move(entry.call)), entry.id);
   }
 }
 

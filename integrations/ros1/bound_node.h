@@ -29,22 +29,22 @@ namespace catan_ros {
 
 class BoundNode final : public ros::CallbackQueueInterface {
  public:
-  // `original` is the program's queue; it outlives the callbacks.
+  // `original` is the program's queue, which outlives the callbacks; one of them has the node.
   // `message_runs` is null where there is no such file; `kept` are the program's messages. `connection` outlives it.
   BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs, const KeptMessages& kept,
             ServerConnection& connection);
 
   const Binding& binding() const { return binding_; }
-  ros::CallbackQueueInterface& original() const { return original_; }
+
+  // A callback that the program wants to be called from that queue takes the node; removeByID() gives it back. False:
+  // another one has it, or it was called from another queue, which is still there.
+  bool take(ros::CallbackQueueInterface& queue);
 
   // A timer's callback, which a trigger may call before the timer is due. False: not at this moment.
   void set_direct_call(std::function<bool()> call);
   // Of a timer: whether it runs, so that a trigger may call it.
   bool timer_runs() const { return timer_runs_.load(); }
   void set_timer_runs(bool runs) { timer_runs_.store(runs); }
-
-  // A callback takes the node; false: another one has it. removeByID() gives it back.
-  bool take() { return !taken_.exchange(true); }
 
   // Begins to register the node, and waits a moment for it, so that no call comes before. Then callbacks may come.
   void start();
@@ -66,7 +66,20 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
  private:
   class NotingRuns;
+  // Of the queue that is the program's at the time.
+  class CurrentTurn final : public Turn {
+   public:
+    void set(std::unique_ptr<Turn> turn);
+    bool take(const std::atomic<bool>& stop) override;
+    void give_back() override { held_->give_back(); }
 
+   private:
+    PriorityMutex mutex_;
+    std::shared_ptr<Turn> next_;
+    std::shared_ptr<Turn> held_;  // by the node's thread
+  };
+
+  bool call_directly();
   void run();
   void note_begun();
   std::optional<MessageRuns::Time> newest_sent() const;
@@ -76,12 +89,12 @@ class BoundNode final : public ros::CallbackQueueInterface {
   void bind(bool bound);
 
   const Binding binding_;
-  ros::CallbackQueueInterface& original_;
+  std::atomic<ros::CallbackQueueInterface*> original_;  // changed under bound_mutex_
   MessageRuns* message_runs_;
   const KeptMessages& kept_;
   ServerConnection& connection_;
   NodeRuns* runs_ = nullptr;  // while there are any
-  std::unique_ptr<Turn> turn_;
+  CurrentTurn turn_;
   Inbox inbox_;
   BoundCallback callback_;
   PriorityMutex bound_mutex_;
@@ -89,7 +102,8 @@ class BoundNode final : public ros::CallbackQueueInterface {
   PriorityCondition settled_changed_;
   bool settled_ = false;  // it is bound, or will not be
   std::atomic<bool> timer_runs_{true};
-  std::atomic<bool> taken_{false};
+  std::atomic<bool> taken_{true};
+  std::shared_ptr<std::function<bool()>> direct_call_;  // under bound_mutex_
   bool started_ = false;
   // Of the node's thread.
   bool has_begun_ = false;

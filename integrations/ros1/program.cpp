@@ -94,10 +94,9 @@ BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& qu
       std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == *binding; });
   if (known == nodes_.end()) {
     nodes_.push_back(std::make_unique<BoundNode>(*binding, queue, message_runs_.get(), kept_, connection_));
-    nodes_.back()->take();
     return nodes_.back().get();
   }
-  if (&(*known)->original() == &queue && (*known)->take()) return known->get();
+  if ((*known)->take(queue)) return known->get();
   const std::string nodelet = binding->nodelet.empty() ? nodelet_of(queue) : std::string();
   ROS_WARN("catan: there is another callback of %s; the first one is node %s, the other is not scheduled%s",
            describe(*binding).c_str(), binding->node.c_str(),

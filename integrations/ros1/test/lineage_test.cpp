@@ -74,6 +74,32 @@ ros:
   EXPECT_GT(static_cast<double>(taken("follow", "detect").size()), 0.9 * static_cast<double>(messages.size()));
 }
 
+TEST_F(LineageTest, ANodeletThatIsLoadedAgainIsTheNodeAgain) {
+  write("app.yaml", R"(catan: 1
+app: nodelets
+nodes: { camera: { fallback_rate: 50Hz }, detect: { fallback_rate: 50Hz }, tick: { fallback_rate: 100Hz } }
+edges: [ camera -> detect ]
+objective: [ { response_time: [camera, detect], weight: 1 }, { period: tick, weight: 1 } ]
+scheduler: { bootstrap: 300ms }
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  camera: { node: /manager, nodelet: /camera, timer: 20ms }
+  detect: { node: /manager, nodelet: /detector, topic: /images }
+  tick: { node: /manager, nodelet: /detector, timer: 5ms }
+)");
+  write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log --reload\n");
+  const int run = start_under_catan("--scheduler default --json --seconds 4 --record run.catan -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_GT(counted("nodelets", "reloaded"), 4);
+  EXPECT_EQ(counted("nodelets", "gone_inside"), 0) << "unloading waits for a run that is under way";
+  EXPECT_EQ(counted("nodelets", "overlaps"), 0);
+  EXPECT_THAT(text_of(path("run.err")), testing::Not(testing::HasSubstr("there is another callback")));
+  const std::vector<double> messages = numbers("follow.log");
+  ASSERT_GT(messages.size(), 30U);
+  EXPECT_GE(part_found(messages, taken("detect", "camera")), 0.9) << "all that it made were runs of the node";
+}
+
 // Both subscribe to /images and have a timer of 5 ms, in one manager.
 TEST_F(LineageTest, NodeletsOfOneManagerAreBoundApart) {
   write("app.yaml", R"(catan: 1

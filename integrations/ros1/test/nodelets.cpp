@@ -1,14 +1,15 @@
 // A nodelet manager that knows nothing of Catan, with a pipeline of nodelets, for the tests: a camera, whose timer
 // makes messages that are shared and not copied, a detector and a follower.
 //
-//   nodelets --counts FILE --log FILE [--watcher]
+//   nodelets --counts FILE --log FILE [--watcher | --reload]
 //
 // With --watcher another takes the detector's topic and has a timer of its period. It is loaded first, so whatever is
-// said of the first callback of that name is said of its.
+// said of the first callback of that name is said of its. With --reload the detector is unloaded four times a second,
+// now and then in the middle of its work, and loaded again, with its queues elsewhere.
 //
 // What was counted is written to FILE, as JSON, ten times a second: calls of the follower and of the watcher, callbacks
-// of one nodelet that overlapped, messages that were copied on their way. Each message that the follower gets is a line
-// of the log.
+// of one nodelet that overlapped, messages that were copied on their way, how often the detector was loaded again, and
+// how often it went while a callback of it was under way. Each message that the follower gets is a line of the log.
 #include <nodelet/loader.h>
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
@@ -30,6 +31,8 @@ std::string g_counts_file;
 std::string g_log;
 std::atomic<long> g_calls{0};
 std::atomic<long> g_watched{0};
+std::atomic<long> g_reloaded{0};
+std::atomic<long> g_gone_inside{0};
 std::atomic<long> g_overlaps{0};
 std::atomic<long> g_copies{0};
 
@@ -67,6 +70,14 @@ class Camera : public nodelet::Nodelet {
 
 // Both of its callbacks are of one queue, which calls one at a time.
 class Detector : public nodelet::Nodelet {
+ public:
+  ~Detector() override {
+    in_.shutdown();
+    timer_.stop();
+    if (inside_ > 0) ++g_gone_inside;
+  }
+
+ private:
   void onInit() override {
     out_ = getNodeHandle().advertise<std_msgs::Int64>("/things", 10);
     in_ = getNodeHandle().subscribe<std_msgs::Int64>("/images", 10, [this](const std_msgs::Int64::ConstPtr& message) {
@@ -120,16 +131,30 @@ class Follower : public nodelet::Nodelet {
   ros::Subscriber in_;
 };
 
+// Has queues, and nothing else.
+class Filler : public nodelet::Nodelet {
+  void onInit() override {}
+};
+
 boost::shared_ptr<nodelet::Nodelet> make(const std::string& type) {
   if (type == "camera") return boost::make_shared<Camera>();
   if (type == "detector") return boost::make_shared<Detector>();
   if (type == "watcher") return boost::make_shared<Watcher>();
+  if (type == "filler") return boost::make_shared<Filler>();
   return boost::make_shared<Follower>();
+}
+
+// Others take the place of the queues that it had before it gets its new ones.
+void load_again(nodelet::Loader& loader) {
+  loader.unload("/detector");
+  loader.load("/filler_" + std::to_string(g_reloaded), "filler", {}, {});
+  if (loader.load("/detector", "detector", {}, {})) ++g_reloaded;
 }
 
 void write_counts_of_all(const ros::SteadyTimerEvent&) {
   const std::string written = g_counts_file + ".new";
   std::ofstream(written) << "{\"calls\": " << g_calls << ", \"watched\": " << g_watched
+                         << ", \"reloaded\": " << g_reloaded << ", \"gone_inside\": " << g_gone_inside
                          << ", \"overlaps\": " << g_overlaps << ", \"copies\": " << g_copies << "}";
   std::rename(written.c_str(), g_counts_file.c_str());
 }
@@ -142,12 +167,16 @@ int main(int count, char** arguments) {
   g_counts_file = arguments[2];
   g_log = arguments[4];
   nodelet::Loader loader(boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)>{make});
-  if (count == 6 && !loader.load("/watcher", "watcher", {}, {})) return 1;
+  const std::string option = count == 6 ? arguments[5] : "";
+  if (option == "--watcher" && !loader.load("/watcher", "watcher", {}, {})) return 1;
   for (const char* const name : {"camera", "detector", "follower"}) {
     if (!loader.load(std::string("/") + name, name, {}, {})) return 1;
   }
   ros::NodeHandle handle;
   const ros::SteadyTimer writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts_of_all);
+  ros::SteadyTimer again = handle.createSteadyTimer(
+      ros::WallDuration(0.25), [&loader](const ros::SteadyTimerEvent&) { load_again(loader); }, false,
+      option == "--reload");
   ros::spin();
   return 0;
 }
