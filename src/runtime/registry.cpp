@@ -79,7 +79,8 @@ Status Registry::carry_out(Program& program, const Request& request) {
   }
   const os::ThreadId thread{request.thread};
   if (request.kind == Request::Kind::kJoin) {
-    if (Status own = own_thread(program, thread); !own) return own;
+    const Result<Threads> living = threads_with(program, thread);
+    if (!living) return living.error();
     unshare(program, thread);
     // Before the thread is placed as this node's: it may be among the threads that were taken for another's.
     if (!program.nodes.contains(*node)) give_up_found(program);
@@ -87,6 +88,7 @@ Status Registry::carry_out(Program& program, const Request& request) {
     program.nodes.insert(*node);
     program.joined_since_search = true;
     hand_over_shared(program);
+    place_shared(program, *living);
     return Done{};
   }
   if (!program.nodes.contains(*node)) {
@@ -96,9 +98,10 @@ Status Registry::carry_out(Program& program, const Request& request) {
     program.nodes.erase(*node);
     scheduler_.leave(*node, "its program has ended it");
     hand_over_shared(program);
+    place_shared(program);
     return Done{};
   }
-  if (Status own = own_thread(program, thread); !own) return own;
+  if (const Result<Threads> living = threads_with(program, thread); !living) return living.error();
   unshare(program, thread);
   std::erase(program.found, thread);  // it has a name now
   return scheduler_.add_thread(*node, program.process, thread);
@@ -108,15 +111,16 @@ Status Registry::hello(Program& program, const Request& request) {
   if (Status same = same_version(request); !same) return same;
   if (program.service) return Error::caller("hello was said before", "say it once");
   const os::ThreadId thread{request.thread};
-  if (Status own = own_thread(program, thread); !own) return own;
+  if (const Result<Threads> living = threads_with(program, thread); !living) return living.error();
   program.service = thread;
   scheduler_.watch_cpus_of(thread);
   return Done{};
 }
 
-Status Registry::own_thread(const Program& program, os::ThreadId thread) const {
-  const Result<std::vector<os::ThreadId>> threads = threads_.threads(program.process);
-  if (threads && std::binary_search(threads->begin(), threads->end(), thread)) return Done{};
+// All threads of the program, if this is one.
+Result<Registry::Threads> Registry::threads_with(const Program& program, os::ThreadId thread) const {
+  Result<Threads> living = threads_.threads(program.process);
+  if (living && std::binary_search(living->begin(), living->end(), thread)) return living;
   return Error::caller(fmt::format("thread {} is not one of process {}", static_cast<std::int32_t>(thread),
                                    static_cast<std::int32_t>(program.process)),
                        "name a thread of your own");
@@ -136,7 +140,7 @@ void Registry::find_threads() {
 
 void Registry::find_threads(Program& program) {
   if (program.nodes.empty() && program.shared.empty()) return;
-  const Result<std::vector<os::ThreadId>> living = threads_.threads(program.process);
+  const Result<Threads> living = threads_.threads(program.process);
   if (!living) return;  // it is ending, and its connection will be closed
   for (const NodeId node : program.nodes) {
     for (const os::ThreadId thread : scheduler_.threads(node)) {
@@ -149,7 +153,7 @@ void Registry::find_threads(Program& program) {
   // One that has just joined may be about to join with more nodes.
   if (std::exchange(program.joined_since_search, false) || program.nodes.size() != 1) return;
   const NodeId node = *program.nodes.begin();
-  const std::vector<os::ThreadId> known = scheduler_.threads(node);
+  const Threads known = scheduler_.threads(node);
   for (const os::ThreadId thread : *living) {
     if (thread == program.service || contains(known, thread) || contains(program.shared, thread)) continue;
     // No room is no fault of the node: its first threads are scheduled.
@@ -161,17 +165,18 @@ void Registry::find_threads(Program& program) {
 // would raise it again, for good. One that was found stays where it is: the program runs one node, which all its
 // threads work for.
 Status Registry::share(Program& program, os::ThreadId thread) {
-  if (Status own = own_thread(program, thread); !own) return own;
+  const Result<Threads> living = threads_with(program, thread);
+  if (!living) return living.error();
   if (contains(program.shared, thread)) return Done{};
   const std::string named = fmt::format("thread {}", static_cast<std::int32_t>(thread));
   if (thread == program.service) {
     return Error::caller(named + " serves the connection", "name one that works for the program's nodes");
   }
-  if (std::erase(program.found, thread) == 0 && is_taken(thread)) {
+  if (std::erase(program.found, thread) == 0 && threads_of_nodes().contains(thread)) {
     return Error::caller(named + " works for one node already", "name one that works for all");
   }
   program.shared.push_back(thread);
-  place_shared(program);
+  place_shared(program, *living);
   return Done{};
 }
 
@@ -180,39 +185,43 @@ void Registry::unshare(Program& program, os::ThreadId thread) {
   if (std::erase(program.shared, thread) > 0 && program.sharer) scheduler_.remove_thread(*program.sharer, thread);
 }
 
+// place_shared() is to follow.
 void Registry::hand_over_shared(Program& program) {
   const std::optional<NodeId> node = heaviest(program);
-  if (node != program.sharer) {
-    for (const os::ThreadId thread : program.shared) {
-      if (program.sharer) scheduler_.remove_thread(*program.sharer, thread);
-    }
-    program.sharer = node;
+  if (node == program.sharer) return;
+  for (const os::ThreadId thread : program.shared) {
+    if (program.sharer) scheduler_.remove_thread(*program.sharer, thread);
   }
-  place_shared(program);
+  program.sharer = node;
 }
 
 void Registry::place_shared(Program& program) {
   if (program.shared.empty()) return;
-  if (const auto living = threads_.threads(program.process)) place_shared(program, *living);
+  if (const Result<Threads> living = threads_.threads(program.process)) place_shared(program, *living);
 }
 
 // Those that are too many for the node stay as they are, which is no fault of the program's, until there is room.
 // `living`: the program's threads. Those that have ended are forgotten, since others may get their numbers.
-void Registry::place_shared(Program& program, const std::vector<os::ThreadId>& living) {
+void Registry::place_shared(Program& program, const Threads& living) {
   std::erase_if(program.shared,
                 [&](os::ThreadId thread) { return !std::binary_search(living.begin(), living.end(), thread); });
-  if (!program.sharer) return;
+  if (!program.sharer || program.shared.empty()) return;
+  const std::set<os::ThreadId> taken = threads_of_nodes();
   for (const os::ThreadId thread : program.shared) {
-    if (!is_taken(thread)) static_cast<void>(scheduler_.add_thread(*program.sharer, program.process, thread));
+    if (!taken.contains(thread)) static_cast<void>(scheduler_.add_thread(*program.sharer, program.process, thread));
   }
 }
 
-bool Registry::is_taken(os::ThreadId thread) const {
+// Of all of them, whichever programs run them: a process may have connected twice.
+std::set<os::ThreadId> Registry::threads_of_nodes() const {
+  std::set<os::ThreadId> threads;
   const auto nodes = scheduler_.app().graph.nodes();
   for (std::size_t index = 0; index < nodes.size(); ++index) {
-    if (!nodes[index].external && contains(scheduler_.threads(NodeId(index)), thread)) return true;
+    if (nodes[index].external) continue;
+    const Threads of_node = scheduler_.threads(NodeId(index));
+    threads.insert(of_node.begin(), of_node.end());
   }
-  return false;
+  return threads;
 }
 
 // Of the nodes that it runs, by the weights of the app file; unscheduled ones weigh nothing. Of several the first of

@@ -61,14 +61,15 @@ class Registry {
   void find_threads();
 
  private:
+  using Threads = std::vector<os::ThreadId>;
   struct Program {
     os::ProcessId process{};
     bool may_control = false;
     std::optional<os::ThreadId> service;  // once it has said hello
     std::set<NodeId> nodes;
-    std::vector<os::ThreadId> found;   // found by find_threads(), not named by the program
-    std::vector<os::ThreadId> shared;  // that work for all nodes
-    std::optional<NodeId> sharer;      // whose threads these are at the moment
+    Threads found;                 // found by find_threads(), not named by the program
+    Threads shared;                // that work for all nodes
+    std::optional<NodeId> sharer;  // whose threads these are at the moment
     bool joined_since_search = false;
   };
 
@@ -76,15 +77,15 @@ class Registry {
   Status control(const Program& program, const Request& request);
   Status hello(Program& program, const Request& request);
   Result<NodeId> own_node(const Program& program, const std::string& name) const;
-  Status own_thread(const Program& program, os::ThreadId thread) const;
+  Result<Threads> threads_with(const Program& program, os::ThreadId thread) const;
   void find_threads(Program& program);
   void give_up_found(Program& program);
   Status share(Program& program, os::ThreadId thread);
   void unshare(Program& program, os::ThreadId thread);
   void hand_over_shared(Program& program);
   void place_shared(Program& program);
-  void place_shared(Program& program, const std::vector<os::ThreadId>& living);
-  bool is_taken(os::ThreadId thread) const;
+  void place_shared(Program& program, const Threads& living);
+  std::set<os::ThreadId> threads_of_nodes() const;
   std::optional<NodeId> heaviest(const Program& program) const;
 
   os::Threads& threads_;

@@ -18,6 +18,17 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+class CountingOs : public os::FakeOs {
+ public:
+  using FakeOs::FakeOs;
+  Result<std::vector<os::ThreadId>> threads(os::ProcessId process) override {
+    ++reads;
+    return FakeOs::threads(process);
+  }
+
+  int reads = 0;  // of which threads there are
+};
+
 class SharedThreads : public ::testing::Test {
  protected:
   SharedThreads() {
@@ -54,7 +65,7 @@ class SharedThreads : public ::testing::Test {
     return scheduler->threads(*app.graph.find_node(node));
   }
 
-  os::FakeOs fake{os::fake_topology(1)};
+  CountingOs fake{os::fake_topology(1)};
   graph::App app = *config::parse_app(R"(catan: 1
 app: two
 nodes: { light: {}, heavy: {} }
@@ -123,6 +134,34 @@ TEST_F(SharedThreads, WorkForOneNodeAtATime) {
   EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy));
   EXPECT_EQ(leave("heavy"), "");
   EXPECT_THAT(threads_of("light"), ElementsAre(light, network));
+}
+
+TEST_F(SharedThreads, OfAnotherConnectionOfTheProcessAreAsMuchOneNodes) {
+  EXPECT_EQ(join("light", light), "");
+  EXPECT_EQ(share(network), "");
+  const Registry::ProgramId first = program;
+  program = registry->enter(fake.current_process());
+  EXPECT_EQ(say({.kind = Request::Kind::kHello, .thread = number(fake.current_thread())}), "");
+  EXPECT_THAT(share(light), HasSubstr("works for one node already"));
+  EXPECT_EQ(join("heavy", heavy), "");
+  EXPECT_THAT(share(network), HasSubstr("works for one node already"));
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy));
+  program = first;
+  EXPECT_EQ(leave("light"), "");
+  EXPECT_THAT(threads_of("light"), IsEmpty());
+}
+
+TEST_F(SharedThreads, AreLookedForOnceForEachRequest) {
+  const auto reads_of = [&](const auto& request) {
+    const int before = fake.reads;
+    request();
+    return fake.reads - before;
+  };
+  EXPECT_EQ(reads_of([&] { EXPECT_EQ(share(network), ""); }), 1);
+  EXPECT_EQ(reads_of([&] { EXPECT_EQ(join("light", light), ""); }), 1);
+  EXPECT_EQ(reads_of([&] { EXPECT_EQ(join("heavy", heavy), ""); }), 1);
+  EXPECT_EQ(reads_of([&] { EXPECT_EQ(leave("heavy"), ""); }), 1);
+  EXPECT_EQ(reads_of([&] { registry->find_threads(); }), 1);
 }
 
 TEST_F(SharedThreads, MayHaveBeenFoundBefore) {
