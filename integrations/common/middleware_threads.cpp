@@ -28,6 +28,10 @@ std::string_view without_folders(std::string_view path) {
   return slash == std::string_view::npos ? path : path.substr(slash + 1);
 }
 
+Caller caller_of(const Dl_info& found) {
+  return {without_folders(found.dli_fname), found.dli_sname != nullptr ? found.dli_sname : ""};
+}
+
 // Programs have few of them at a time. What does not fit is told only if there is a port when it begins.
 constexpr std::size_t kMaxMiddlewareThreads = 256;
 std::array<std::atomic<pid_t>, kMaxMiddlewareThreads> g_middleware_threads{};  // 0: none
@@ -87,13 +91,18 @@ bool makes_middleware_thread() {
     Dl_info of{};
     if (::dladdr(frames[static_cast<std::size_t>(frame)], &of) == 0 || of.dli_fname == nullptr) return by_middleware;
     if (of.dli_fbase == own.dli_fbase) continue;
-    const Caller caller{without_folders(of.dli_fname), of.dli_sname != nullptr ? of.dli_sname : ""};
+    const Caller caller = caller_of(of);
     const Maker maker = maker_of(caller);
     // A spinner may make its threads by another function of its library.
     if (maker == Maker::kOther) return by_middleware && !begins_with_any(caller.library, kMiddleware);
     by_middleware = by_middleware || maker == Maker::kMiddleware;
   }
   return by_middleware;
+}
+
+bool may_make_middleware_thread(const void* caller) {
+  Dl_info of{};
+  return ::dladdr(caller, &of) != 0 && of.dli_fname != nullptr && maker_of(caller_of(of)) != Maker::kOther;
 }
 
 void set_share_thread(ShareThread share) {

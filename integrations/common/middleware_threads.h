@@ -34,6 +34,8 @@ Maker maker_of(const Caller& caller);
 // Whether the thread that the calling function makes is a middleware's. Callers in the file of this function do not
 // count.
 bool makes_middleware_thread();
+// Whether it may be, by the place that calls pthread_create alone: most threads are told by that.
+bool may_make_middleware_thread(const void* caller);
 
 // What is called by each such thread, with its number, when it begins; those that began before, and
 // run, are told at once. It must not wait: a middleware may wait until its thread has begun.

@@ -1,5 +1,6 @@
 #include "common/middleware_threads.h"
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -32,6 +33,14 @@ TEST(MiddlewareThreads, WhoCallsALibraryForThreadsCounts) {
 }
 
 TEST(MiddlewareThreads, ThatOfAProgramIsNone) { EXPECT_FALSE(makes_middleware_thread()); }
+
+TEST(MiddlewareThreads, MostAreToldByThePlaceThatMakesThem) {
+  EXPECT_FALSE(may_make_middleware_thread(reinterpret_cast<const void*>(&maker_of))) << "the program's";
+  EXPECT_FALSE(may_make_middleware_thread(nullptr));
+  const void* const of_c = ::dlsym(RTLD_DEFAULT, "gnu_get_libc_version");
+  ASSERT_NE(of_c, nullptr);
+  EXPECT_TRUE(may_make_middleware_thread(of_c)) << "who calls that?";
+}
 
 std::mutex g_mutex;
 std::set<pid_t> g_told;

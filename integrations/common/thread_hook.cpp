@@ -28,7 +28,7 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
                               void* argument) noexcept {
   static const auto kNext = reinterpret_cast<catan_ros::CreateThread>(::dlsym(RTLD_NEXT, "pthread_create"));
   // Also in a node's run: the first one to need the middleware's thread has it made.
-  if (catan_ros::makes_middleware_thread()) {
+  if (catan_ros::may_make_middleware_thread(__builtin_return_address(0)) && catan_ros::makes_middleware_thread()) {
     return catan_ros::create_middleware_thread(kNext, thread, attributes, function, argument);
   }
   const catan_ros::ThreadHook* const hook = g_hook.load();

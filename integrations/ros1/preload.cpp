@@ -5,6 +5,7 @@
 #include <dlfcn.h>
 #include <pthread.h>
 
+#include <atomic>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -87,11 +88,17 @@ const Hooks* hooks() {
   return kLoaded;
 }
 
-// Whether threads may be roscpp's; shells and such have none.
+// Whether threads may be roscpp's; shells and such have none. Only that it is there is kept: a plugin may load it
+// later. To go through what is loaded (dl_iterate_phdr) would be quicker, but a process that was forked while another
+// thread did so can do it no more.
 bool has_roscpp() {
+  static std::atomic<bool> known{false};
+  if (known.load(std::memory_order_relaxed)) return true;
   void* const library = ::dlopen(CATAN_ROSCPP_LIBRARY, RTLD_LAZY | RTLD_NOLOAD);
-  if (library != nullptr) ::dlclose(library);
-  return library != nullptr;
+  if (library == nullptr) return false;
+  ::dlclose(library);
+  known.store(true, std::memory_order_relaxed);
+  return true;
 }
 
 // Those that matter to the queues; null: no queue has bound callbacks.
@@ -163,7 +170,8 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
                               void* argument) noexcept {
   static const auto kNext = reinterpret_cast<catan_ros::CreateThread>(next_function("pthread_create"));
   // Also in a node's run: the first one to need the middleware's thread has it made.
-  if (has_roscpp() && catan_ros::makes_middleware_thread()) {
+  if (catan_ros::may_make_middleware_thread(__builtin_return_address(0)) && has_roscpp() &&
+      catan_ros::makes_middleware_thread()) {
     return catan_ros::create_middleware_thread(kNext, thread, attributes, function, argument);
   }
   const Hooks* const known = g_hooks.load(std::memory_order_acquire);
