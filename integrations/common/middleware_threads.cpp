@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <memory>
 
 namespace catan_ros {
 namespace {
@@ -61,17 +60,6 @@ class NotedThread {
   std::atomic<pid_t>* place_ = nullptr;
 };
 
-struct Begun {
-  void* (*function)(void*);
-  void* argument;
-};
-
-void* run_middleware_thread(void* begun) {
-  const Begun todo = *std::unique_ptr<Begun>(static_cast<Begun*>(begun));
-  const NotedThread noted;
-  return todo.function(todo.argument);
-}
-
 }  // namespace
 
 Maker maker_of(const Caller& caller) {
@@ -113,12 +101,6 @@ void set_share_thread(ShareThread share) {
   }
 }
 
-int create_middleware_thread(CreateThread create, pthread_t* thread, const pthread_attr_t* attributes,
-                             void* (*function)(void*), void* argument) {
-  auto begun = std::make_unique<Begun>(Begun{function, argument});
-  const int result = create(thread, attributes, run_middleware_thread, begun.get());
-  if (result == 0) static_cast<void>(begun.release());
-  return result;
-}
+void note_middleware_thread(const char* /*node*/) { thread_local const NotedThread noted; }
 
 }  // namespace catan_ros

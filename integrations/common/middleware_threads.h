@@ -8,12 +8,9 @@
 // Thread safety: any thread.
 #pragma once
 
-#include <pthread.h>
 #include <sys/types.h>
 
 #include <string_view>
-
-#include "common/helper_threads.h"
 
 namespace catan_ros {
 
@@ -42,8 +39,7 @@ bool may_make_middleware_thread(const void* caller);
 using ShareThread = void (*)(pid_t thread);
 void set_share_thread(ShareThread share);
 
-// As create_helper_thread().
-int create_middleware_thread(CreateThread create, pthread_t* thread, const pthread_attr_t* attributes,
-                             void* (*function)(void*), void* argument);
+// What each such thread calls when it begins (NewThread::hook). It counts as one until it ends.
+void note_middleware_thread(const char* node);
 
 }  // namespace catan_ros

@@ -8,6 +8,8 @@
 #include <mutex>
 #include <set>
 
+#include "common/new_threads.h"
+
 namespace catan_ros {
 namespace {
 
@@ -49,6 +51,10 @@ void note_told(pid_t thread) {
   g_told.insert(thread);
 }
 
+int create_noted(pthread_t* thread, void* (*function)(void*), void* argument) {
+  return create_hooked_thread(::pthread_create, thread, nullptr, {function, argument, note_middleware_thread, nullptr});
+}
+
 pid_t make_and_join() {
   pid_t number = 0;
   pthread_t thread{};
@@ -56,7 +62,7 @@ pid_t make_and_join() {
     *static_cast<pid_t*>(of) = ::gettid();
     return nullptr;
   };
-  EXPECT_EQ(create_middleware_thread(::pthread_create, &thread, nullptr, function, &number), 0);
+  EXPECT_EQ(create_noted(&thread, function, &number), 0);
   EXPECT_EQ(::pthread_join(thread, nullptr), 0);
   return number;
 }
@@ -81,7 +87,7 @@ TEST(MiddlewareThreads, AreToldWheneverTheyBegan) {
     static_cast<Both*>(of)->end.get_future().wait();
     return nullptr;
   };
-  ASSERT_EQ(create_middleware_thread(::pthread_create, &thread, nullptr, function, &both), 0);
+  ASSERT_EQ(create_noted(&thread, function, &both), 0);
   const pid_t before = begun.get_future().get();
   EXPECT_FALSE(is_told(before));
   set_share_thread(note_told);
@@ -105,7 +111,7 @@ TEST(MiddlewareThreads, ThatHaveEndedAreNotTold) {
     *static_cast<pid_t*>(of) = ::gettid();
     ::pthread_exit(nullptr);
   };
-  ASSERT_EQ(create_middleware_thread(::pthread_create, &thread, nullptr, leave, &left), 0);
+  ASSERT_EQ(create_noted(&thread, leave, &left), 0);
   ASSERT_EQ(::pthread_join(thread, nullptr), 0);
   set_share_thread(note_told);
   set_share_thread(nullptr);

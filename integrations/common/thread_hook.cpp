@@ -5,8 +5,8 @@
 
 #include <atomic>
 
-#include "common/helper_threads.h"
 #include "common/middleware_threads.h"
+#include "common/new_threads.h"
 
 namespace {
 
@@ -27,14 +27,9 @@ extern "C" void catan_set_thread_hook(const catan_ros::ThreadHook* hook) {
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*function)(void*),
                               void* argument) noexcept {
   static const auto kNext = reinterpret_cast<catan_ros::CreateThread>(::dlsym(RTLD_NEXT, "pthread_create"));
-  // Also in a node's run: the first one to need the middleware's thread has it made.
-  if (catan_ros::may_make_middleware_thread(__builtin_return_address(0)) && catan_ros::makes_middleware_thread()) {
-    return catan_ros::create_middleware_thread(kNext, thread, attributes, function, argument);
-  }
   const catan_ros::ThreadHook* const hook = g_hook.load();
   const char* const node = hook != nullptr ? hook->current_node() : nullptr;
-  if (node != nullptr) {
-    return catan_ros::create_helper_thread(kNext, thread, attributes, {function, argument, node, adopt_if_hooked});
-  }
-  return kNext(thread, attributes, function, argument);
+  const bool may_be_middlewares = catan_ros::may_make_middleware_thread(__builtin_return_address(0));
+  return catan_ros::create_thread(kNext, thread, attributes, {function, argument, adopt_if_hooked, node},
+                                  may_be_middlewares);
 }

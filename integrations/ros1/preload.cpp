@@ -13,8 +13,8 @@
 #include <memory>
 
 #include "common/binding.h"
-#include "common/helper_threads.h"
 #include "common/middleware_threads.h"
+#include "common/new_threads.h"
 #include "common/observation.h"
 #include "ros1/hooks.h"
 
@@ -169,17 +169,11 @@ Member next_of_nodeletlib(const char* name) {
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*function)(void*),
                               void* argument) noexcept {
   static const auto kNext = reinterpret_cast<catan_ros::CreateThread>(next_function("pthread_create"));
-  // Also in a node's run: the first one to need the middleware's thread has it made.
-  if (catan_ros::may_make_middleware_thread(__builtin_return_address(0)) && has_roscpp() &&
-      catan_ros::makes_middleware_thread()) {
-    return catan_ros::create_middleware_thread(kNext, thread, attributes, function, argument);
-  }
   const Hooks* const known = g_hooks.load(std::memory_order_acquire);
   const char* const node = known != nullptr ? known->current_node() : nullptr;
-  if (node != nullptr) {
-    return catan_ros::create_helper_thread(kNext, thread, attributes, {function, argument, node, known->adopt});
-  }
-  return kNext(thread, attributes, function, argument);
+  const auto adopt = known != nullptr ? known->adopt : nullptr;
+  const bool may_be_roscpps = catan_ros::may_make_middleware_thread(__builtin_return_address(0)) && has_roscpp();
+  return catan_ros::create_thread(kNext, thread, attributes, {function, argument, adopt, node}, may_be_roscpps);
 }
 
 namespace ros {
