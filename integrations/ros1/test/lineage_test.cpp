@@ -43,19 +43,7 @@ class LineageTest : public ProgramsTest {
 };
 
 TEST_F(LineageTest, NodeletsShareMessagesAndRunsAreKnown) {
-  write("app.yaml", R"(catan: 1
-app: nodelets
-nodes: { camera: { fallback_rate: 100Hz }, detect: { fallback_rate: 30Hz }, follow: { fallback_rate: 30Hz } }
-edges: [ camera -> detect -> follow ]
-objective: [ { response_time: [camera, detect, follow], weight: 1 } ]
-scheduler: { bootstrap: 300ms }
-)");
-  write("bind.yaml", R"(catan: 1
-ros:
-  camera: { node: /manager, timer: 20ms }
-  detect: { node: /manager, topic: /images }
-  follow: { node: /manager, topic: /things }
-)");
+  write_app_of_nodelets("fallback_rate: 100Hz", "fallback_rate: 30Hz");
   write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log\n");
   const int run = start_under_catan("--scheduler default --json --seconds 3 --record run.catan -- ./launch.sh");
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));

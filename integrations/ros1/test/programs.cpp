@@ -97,6 +97,21 @@ void ProgramsTest::write_binding_of_work(const std::string& ros_node, const std:
   write(file, "catan: 1\nros: { work: { node: " + ros_node + ", topic: /data } }\n");
 }
 
+void ProgramsTest::write_app_of_nodelets(const std::string& camera, const std::string& others) const {
+  write("app.yaml", "catan: 1\napp: nodelets\nnodes: { camera: { " + camera + " }, detect: { " + others +
+                        " }, follow: { " + others + R"( } }
+edges: [ camera -> detect -> follow ]
+objective: [ { response_time: [camera, detect, follow], weight: 1 } ]
+scheduler: { bootstrap: 300ms }
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  camera: { node: /manager, timer: 20ms }
+  detect: { node: /manager, topic: /images }
+  follow: { node: /manager, topic: /things }
+)");
+}
+
 void ProgramsTest::write_script(const std::string& text) const {
   write("launch.sh", "#!/bin/sh\n" + text);
   std::filesystem::permissions(path("launch.sh"), std::filesystem::perms::owner_all);

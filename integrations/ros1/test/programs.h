@@ -50,6 +50,9 @@ class ProgramsTest : public testing::Test {
   void write_app_of_work(const std::string& keys, const std::string& more = "") const;
   // That node is what the ROS node does with a message on /data.
   void write_binding_of_work(const std::string& ros_node, const std::string& file = "bind.yaml") const;
+  // app.yaml: the nodelets program's camera, with these keys, and the two behind it, with those. bind.yaml has their
+  // callbacks.
+  void write_app_of_nodelets(const std::string& camera, const std::string& others = "") const;
 
   // launch.sh, of these commands.
   void write_script(const std::string& text) const;

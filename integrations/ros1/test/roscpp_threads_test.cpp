@@ -18,19 +18,7 @@ using RoscppThreadsTest = ProgramsTest;
 // Three nodelets in one process: each callback has a thread of its own, and what roscpp's network and timers do is for
 // all of them.
 TEST_F(RoscppThreadsTest, AreScheduledInAProgramWithSeveralNodes) {
-  write("app.yaml", R"(catan: 1
-app: nodelets
-nodes: { camera: { max_rate: 50Hz }, detect: {}, follow: {} }
-edges: [ camera -> detect -> follow ]
-objective: [ { response_time: [camera, detect, follow], weight: 1 } ]
-scheduler: { bootstrap: 300ms }
-)");
-  write("bind.yaml", R"(catan: 1
-ros:
-  camera: { node: /manager, timer: 20ms }
-  detect: { node: /manager, topic: /images }
-  follow: { node: /manager, topic: /things }
-)");
+  write_app_of_nodelets("max_rate: 50Hz");
   write_script(std::string("echo $$ >process\nexec ") + NODELETS + " --counts nodelets.json --log follow.log\n");
   const int run = start_under_catan("--json --seconds 8 -- ./launch.sh");
   ASSERT_TRUE(counts("nodelets", "calls", 20)) << text_of(path("run.err"));
