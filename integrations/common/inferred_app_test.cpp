@@ -219,6 +219,18 @@ TEST(InferApp, CallbacksThatCannotBeToldApartAreLeftAsTheyAre) {
                                   Not(HasSubstr("topic: /images"))));
 }
 
+// A binding names the first of them all.
+TEST(InferApp, OfCallbacksThatCannotBeToldApartNoneIsANodeAlsoLaterOnes) {
+  std::vector<ObservedCallback> callbacks = nodelets();
+  ObservedCallback anew = callbacks[5];
+  for (ObservedRun& run : anew.runs) run.begin += 1min;
+  callbacks.push_back(anew);
+  const InferredApp inferred = infer_app(callbacks, {}, "robot");
+  EXPECT_EQ(inferred.nodes, 2U);
+  EXPECT_THAT(inferred.remarks, Contains(HasSubstr("subscription of /images is there 3 times, and which is which")));
+  EXPECT_THAT(inferred.app, Not(HasSubstr("topic: /images")));
+}
+
 // The camera's timer publishes, but what comes of its images is nothing that it uses.
 TEST(InferApp, WhatIsKeptIsNotForThoseItComesFrom) {
   std::vector<ObservedCallback> callbacks = nodelets();
@@ -442,6 +454,76 @@ TEST(InferApp, TheOneBehindTheOthersIsTheNodeThoughItNeverCameLast) {
   EXPECT_THAT(inferred.remarks,
               ElementsAre("nodelet /rotate's subscription of /info is left as it is: its messages are "
                           "used with those of /scaled/images, which come last"));
+}
+
+ObservedCallback publishing_in(ObservedCallback callback, std::size_t first, std::size_t last,
+                               const std::string& published) {
+  for (std::size_t run = 0; run < callback.runs.size(); ++run) {
+    callback.runs[run].published.clear();
+    if (run >= first && run < last) callback.runs[run].published.push_back(published);
+  }
+  return callback;
+}
+
+// Else what they publish would be all of a set's, and the one that can be a node be left as it is with them.
+TEST(InferApp, CallbacksThatCannotBeToldApartCompleteNoSets) {
+  const ObservedCallback image = topic("/proc", "/images", {.from = "/camera"});
+  const ObservedCallback info = topic("/proc", "/info", {.from = "/camera"});
+  const InferredApp inferred =
+      infer_app({camera(), publishing_in(image, 0, kRuns - 3, "/rectified"), publishing_in(image, 0, 1, "/rectified"),
+                 publishing_in(info, kRuns - 2, kRuns, "/rectified")},
+                {}, "robot");
+  EXPECT_EQ(inferred.nodes, 2U);
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("topic: /info }"), Not(HasSubstr("topic: /images }"))));
+  EXPECT_THAT(inferred.remarks, ElementsAre(HasSubstr("subscription of /images is there 2 times")));
+}
+
+// What they keep is as much part of a set, but none of them is the node that completes it.
+TEST(InferApp, CallbacksThatCannotBeToldApartAreNotBehindAllOthers) {
+  RotatedImages rotated;
+  rotated.image.name = "/scaled/images";
+  ObservedCallback alike = rotated.image;
+  alike.runs = runs_of({.cpu_time = 20ms, .from = "/manager", .published = {"/seen"}});
+  std::vector<ObservedCallback> callbacks = rotated.all();
+  callbacks.push_back(alike);
+  callbacks.push_back(of_nodelet(
+      "/scale", topic("/manager", "/images", {.cpu_time = 8ms, .from = "/manager", .published = {"/scaled/images"}})));
+  const InferredApp inferred = infer_app(callbacks, {}, "robot");
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("  rotate: { input: queue, "), HasSubstr("topic: /info } }"),
+                                  HasSubstr("  - rotate -> shown   # /rotated\n")));
+  EXPECT_THAT(inferred.remarks, ElementsAre(HasSubstr("subscription of /scaled/images is there 2 times")));
+}
+
+// The same callbacks once more when the others' runs have ended.
+std::vector<ObservedCallback> subscribed_again(std::vector<ObservedCallback> callbacks) {
+  const std::size_t once = callbacks.size();
+  for (std::size_t index = 0; index < once; ++index) {
+    callbacks.push_back(callbacks[index]);
+    for (ObservedRun& run : callbacks.back().runs) run.begin += 1min;
+  }
+  return callbacks;
+}
+
+TEST(InferApp, AProgramThatSubscribedAgainCompletesTheSetsThatItDid) {
+  const ObservedCallback image = topic("/proc", "/images", {.from = "/camera"});
+  const ObservedCallback info = topic("/proc", "/info", {.from = "/camera"});
+  std::vector<ObservedCallback> callbacks = subscribed_again(
+      {publishing_in(info, kRuns - 2, kRuns, "/rectified"), publishing_in(image, 0, kRuns - 2, "/rectified")});
+  callbacks.push_back(timer("/camera", 100ms, {.published = {"/images", "/info"}}));
+  const InferredApp inferred = infer_app(callbacks, {}, "robot");
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("topic: /images }"), Not(HasSubstr("topic: /info }"))));
+  EXPECT_THAT(inferred.remarks, Contains("/proc's subscription of /info is left as it is: its messages are used with "
+                                         "those of /images, which come last"));
+}
+
+// It is the node, under the name of the first, and keeps nothing for others.
+TEST(InferApp, OneThatTookThePlaceOfAnotherKeepsNothing) {
+  std::vector<ObservedCallback> callbacks = subscribed_again({detector()});
+  callbacks.push_back(camera());
+  callbacks.push_back(timer("/detector", 1s, {.every = 1s, .published = {"/status"}}));
+  const InferredApp inferred = infer_app(callbacks, {}, "robot");
+  EXPECT_THAT(inferred.app,
+              AllOf(HasSubstr("  - camera -> detector.images   # /images\n"), Not(HasSubstr("kept until it runs"))));
 }
 
 TEST(InferApp, WhatIsNotCalledByTurnsIsNoSet) {

@@ -38,9 +38,8 @@ bool same_callback(const ObservedCallback& a, const ObservedCallback& b) {
   return of_one_program(a, b) && a.kind == b.kind && a.name == b.name && a.period == b.period;
 }
 
-// Whether runs of both are among one another. Runs are in the order in which they ended.
+// Whether runs of both are among one another. Runs are in the order in which they ended. Precondition: there are some.
 bool overlap(const ObservedCallback& a, const ObservedCallback& b) {
-  if (a.runs.empty() || b.runs.empty()) return false;
   return a.runs.front().begin <= b.runs.back().begin && b.runs.front().begin <= a.runs.back().begin;
 }
 
@@ -54,6 +53,15 @@ std::vector<nanoseconds> begins_of(const ObservedCallback& callback) {
   const auto same = [repeated](nanoseconds first, nanoseconds second) { return second - first <= repeated; };
   begins.erase(std::unique(begins.begin(), begins.end(), same), begins.end());
   return begins;
+}
+
+bool are_among_one_another(const std::vector<const ObservedCallback*>& callbacks) {
+  for (auto one = callbacks.begin(); one != callbacks.end(); ++one) {
+    if (std::any_of(one + 1, callbacks.end(), [&](const ObservedCallback* other) { return overlap(**one, *other); })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 // Whether now the one is called and now the other.
@@ -87,6 +95,7 @@ std::string last_part(const std::string& name) { return name.substr(name.rfind('
 
 InferredGraph::InferredGraph(const std::vector<ObservedCallback>& callbacks, const Connections& connections)
     : callbacks_(callbacks), connections_(connections) {
+  find_candidates();
   find_sets();
   find_nodes();
   find_edges();
@@ -94,6 +103,48 @@ InferredGraph::InferredGraph(const std::vector<ObservedCallback>& callbacks, con
   take_edges();
   sort_vertices();
   bound_rates();
+}
+
+// Callbacks of one program that have one name cannot be told apart by a binding, which names the first. If runs of any
+// two are among one another, none of them can be a node: were the first one, the others would wait behind all nodes.
+// Else each has taken the place of the one before, since its program subscribed again, and the first stands for all.
+void InferredGraph::find_candidates() {
+  for (const ObservedCallback& callback : callbacks_) {
+    const bool called = !callback.runs.empty();
+    if (callback.kind == Binding::Kind::kService) {
+      if (called) remarks_.push_back(described(callback) + " is left as it is; bind it if it matters");
+      continue;
+    }
+    if (!called) {
+      remarks_.push_back(described(callback) + " was not called");
+      continue;
+    }
+    const Callbacks alike = called_alike(callback);
+    const bool is_first = alike.front() == &callback;
+    if (are_among_one_another(alike)) {
+      if (!is_first) continue;
+      remarks_.push_back(described(callback) + " is there " + std::to_string(alike.size()) +
+                         " times, and which is which cannot be told: all are left as they are; in programs of their "
+                         "own they can be nodes");
+    } else if (is_first) {
+      candidates_.push_back(&callback);
+    } else {
+      remarks_.push_back(described(callback) + " is there more than once; the first is the node");
+    }
+  }
+}
+
+// Those that were called, itself among them.
+InferredGraph::Callbacks InferredGraph::called_alike(const ObservedCallback& callback) const {
+  Callbacks alike;
+  for (const ObservedCallback& other : callbacks_) {
+    if (!other.runs.empty() && same_callback(callback, other)) alike.push_back(&other);
+  }
+  return alike;
+}
+
+bool InferredGraph::is_candidate(const ObservedCallback& callback) const {
+  return std::find(candidates_.begin(), candidates_.end(), &callback) != candidates_.end();
 }
 
 // A synchronizer publishes in the callback of whichever message completes a set: callbacks of one program publish on
@@ -113,7 +164,7 @@ void InferredGraph::find_sets() {
   std::map<std::array<std::string, 3>, Callbacks> of_topic;  // by ROS node, nodelet and topic
   for (const auto& [topic, callbacks] : publishing_) {
     for (const ObservedCallback* const callback : callbacks) {
-      if (callback->kind != Binding::Kind::kTopic) continue;
+      if (callback->kind != Binding::Kind::kTopic || !is_candidate(*callback)) continue;
       of_topic[{callback->ros_node, callback->nodelet, topic}].push_back(callback);
     }
   }
@@ -121,7 +172,7 @@ void InferredGraph::find_sets() {
   for (const auto& [callback, completing] : completed_by_) any_completes_.erase(callback);
 }
 
-// Of callbacks of one program that publish on `topic`.
+// Of callbacks of one program that publish on `topic`, and can be nodes.
 void InferredGraph::find_set(Callbacks callbacks, const std::string& topic) {
   const Callbacks keepers = keepers_beside(callbacks);
   callbacks.insert(callbacks.end(), keepers.begin(), keepers.end());
@@ -136,8 +187,9 @@ void InferredGraph::find_set(Callbacks callbacks, const std::string& topic) {
   if (callbacks.size() < 2 || sets < kMinSets || sets > kMaxSets) return;
   const auto less = [&](const ObservedCallback* a, const ObservedCallback* b) { return published(a) < published(b); };
   const auto behind_all = std::find_if(callbacks.begin(), callbacks.end(), [&](const ObservedCallback* one) {
-    return std::all_of(callbacks.begin(), callbacks.end(),
-                       [&](const ObservedCallback* other) { return other == one || is_behind(*one, *other); });
+    return is_candidate(*one) && std::all_of(callbacks.begin(), callbacks.end(), [&](const ObservedCallback* other) {
+             return other == one || is_behind(*one, *other);
+           });
   });
   const bool found = behind_all != callbacks.end();
   const ObservedCallback* const last =
@@ -156,7 +208,7 @@ void InferredGraph::find_set(Callbacks callbacks, const std::string& topic) {
 
 // Light subscriptions of the same nodelet that publish nothing and are called by turns with one of these: it keeps what
 // they get until its own message completes the set. One that gets what these send, by way of others too, is no part of
-// it.
+// it. Those that cannot be told apart keep as others do.
 InferredGraph::Callbacks InferredGraph::keepers_beside(const Callbacks& publishing) const {
   Callbacks keepers;
   for (const ObservedCallback& callback : callbacks_) {
@@ -242,46 +294,10 @@ bool InferredGraph::completes_sets(const ObservedCallback& callback) const {
                      [&](const auto& each) { return each.second == &callback; });
 }
 
-// Callbacks of one program that a binding cannot tell apart, and whose runs are among one another: were the first a
-// node, the others would wait behind all nodes. One that takes the place of another, since its program subscribed
-// again, begins when the other's runs have ended.
-void InferredGraph::find_look_alikes() {
-  for (std::size_t first = 0; first < callbacks_.size(); ++first) {
-    const ObservedCallback& one = callbacks_[first];
-    if (one.kind == Binding::Kind::kService || one.runs.empty() || look_alikes_.count(&one) > 0) continue;
-    Callbacks alike;
-    for (std::size_t other = first + 1; other < callbacks_.size(); ++other) {
-      if (same_callback(one, callbacks_[other]) && overlap(one, callbacks_[other])) alike.push_back(&callbacks_[other]);
-    }
-    if (alike.empty()) continue;
-    look_alikes_.insert(&one);
-    look_alikes_.insert(alike.begin(), alike.end());
-    remarks_.push_back(described(one) + " is there " + std::to_string(alike.size() + 1) +
-                       " times, and which is which cannot be told: all are left as they are; in programs of their own "
-                       "they can be nodes");
-  }
-}
-
-// Callbacks that can be nodes, without those that only keep messages.
+// Of the candidates, without those that only keep messages.
 void InferredGraph::find_nodes() {
-  find_look_alikes();
-  std::vector<const ObservedCallback*> candidates;
-  for (const ObservedCallback& callback : callbacks_) {
-    const bool again = std::any_of(candidates.begin(), candidates.end(),
-                                   [&](const ObservedCallback* one) { return same_callback(*one, callback); });
-    if (look_alikes_.count(&callback) > 0) continue;
-    if (callback.kind == Binding::Kind::kService) {
-      if (!callback.runs.empty()) remarks_.push_back(described(callback) + " is left as it is; bind it if it matters");
-    } else if (again) {
-      remarks_.push_back(described(callback) + " is there more than once; the first is the node");
-    } else if (callback.runs.empty()) {
-      remarks_.push_back(described(callback) + " was not called");
-    } else {
-      candidates.push_back(&callback);
-    }
-  }
-  for (const ObservedCallback* const callback : candidates) {
-    const bool has_publisher = std::any_of(candidates.begin(), candidates.end(), [&](const ObservedCallback* other) {
+  for (const ObservedCallback* const callback : candidates_) {
+    const bool has_publisher = std::any_of(candidates_.begin(), candidates_.end(), [&](const ObservedCallback* other) {
       return of_one_program(*other, *callback) && (publishes(*other) || set_publishes_.count(other) > 0);
     });
     if (is_light(*callback) && callback->kind == Binding::Kind::kTimer) {
@@ -304,8 +320,9 @@ void InferredGraph::find_nodes() {
 }
 
 void InferredGraph::find_edges() {
-  for (const ObservedCallback& callback : callbacks_) {
-    if (callback.kind != Binding::Kind::kTopic || callback.runs.empty() || look_alikes_.count(&callback) > 0) continue;
+  for (const ObservedCallback* const candidate : candidates_) {
+    const ObservedCallback& callback = *candidate;
+    if (callback.kind != Binding::Kind::kTopic) continue;
     const auto own = vertex_of_.find(&callback);
     if (own == vertex_of_.end()) {
       add_edges_to(callback, users_of(callback), true);

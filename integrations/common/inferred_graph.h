@@ -64,6 +64,9 @@ class InferredGraph {
  private:
   using Callbacks = std::vector<const ObservedCallback*>;
 
+  void find_candidates();
+  Callbacks called_alike(const ObservedCallback& callback) const;
+  bool is_candidate(const ObservedCallback& callback) const;
   void find_sets();
   void find_set(Callbacks callbacks, const std::string& topic);
   Callbacks keepers_beside(const Callbacks& publishing) const;
@@ -75,7 +78,6 @@ class InferredGraph {
   bool is_behind(const ObservedCallback& callback, const ObservedCallback& other) const;
   bool keeps_for_another(const ObservedCallback& callback) const;
   bool completes_sets(const ObservedCallback& callback) const;
-  void find_look_alikes();
   void find_nodes();
   void find_edges();
   Indices users_of(const ObservedCallback& callback) const;
@@ -92,6 +94,7 @@ class InferredGraph {
 
   const std::vector<ObservedCallback>& callbacks_;
   const Connections& connections_;
+  Callbacks candidates_;  // that can be nodes, one of a name
   std::vector<Vertex> vertices_;
   std::map<const ObservedCallback*, std::size_t> vertex_of_;
   std::map<std::string, Callbacks> publishing_;  // by topic
@@ -100,9 +103,8 @@ class InferredGraph {
   std::set<const ObservedCallback*> any_completes_;  // of sets that now one of these completes, now another
   // What these sets publish, and how often: each of their callbacks may, also one that did not while it was observed.
   std::map<const ObservedCallback*, std::map<std::string, std::size_t>> set_publishes_;
-  std::set<const ObservedCallback*> look_alikes_;  // several of one program that cannot be told apart
-  std::vector<Edge> found_;                        // in any order
-  std::vector<Edge> edges_;                        // those that form no cycle
+  std::vector<Edge> found_;  // in any order
+  std::vector<Edge> edges_;  // those that form no cycle
   Indices order_;
   std::vector<std::string> remarks_;
 };
