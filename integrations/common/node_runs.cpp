@@ -10,7 +10,9 @@ void NodeRuns::begin() {
   node_.begin(run_);
 }
 
+// What a run of another node sent counts only when that has ended: by now it may have.
 void NodeRuns::end(bool output) {
+  for (const Taken& one : taken_) node_.take(run_, one.from, one.first, one.last);
   for (const Kept& one : kept_) {
     if (find(one.from) == taken_.end()) node_.take(run_, one.from, one.run, one.run);
   }
