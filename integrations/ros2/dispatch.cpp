@@ -1,6 +1,7 @@
 #include "ros2/dispatch.h"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -175,8 +176,11 @@ void Dispatch::execute(rclcpp::AnyExecutable& ready) {
 
 // --- The thread that waits ---
 
+// A node that waits for a message from elsewhere is woken by it, so it is no ordinary thread, but only once it has made
+// the nodes' threads, which begin with its CPUs.
 void Dispatch::wait_for_work() {
   look_for_callbacks();
+  program_->share_thread(::gettid());
   while (spins()) {
     const auto ready = std::make_shared<rclcpp::AnyExecutable>();
     if (!executor_.get_next_executable(*ready, kBetweenScans)) {
