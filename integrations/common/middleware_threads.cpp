@@ -101,6 +101,6 @@ void set_share_thread(ShareThread share) {
   }
 }
 
-void note_middleware_thread(const char* /*node*/) { thread_local const NotedThread noted; }
+void note_middleware_thread(const char* /*node*/) { thread_local const NotedThread kNoted; }
 
 }  // namespace catan_ros
