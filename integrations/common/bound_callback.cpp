@@ -58,10 +58,7 @@ void BoundCallback::wait_for_newer_message() {
 void BoundCallback::discard_older() {
   const Discard discard;
   while (inbox_.size() > 1) {
-    std::optional<Inbox::Entry> entry = inbox_.take();
-    if (!entry) continue;
-    if (entry->call() == Outcome::kAgain) return inbox_.put_back(std::move(*entry));
-    inbox_.made();
+    if (inbox_.call_first() == Outcome::kAgain) return;
   }
 }
 
@@ -72,23 +69,14 @@ int BoundCallback::call_waiting() {
   std::size_t waiting = options_.takes_all ? inbox_.size() : 1;
   for (; waiting > 0 && inbox_.size() > 0; --waiting) calls += call_one() ? 1 : 0;
   if (calls > 0 || !without_message_) return calls;
-  inbox_.begin_without_entry();
-  if (without_message_()) ++calls;
-  inbox_.made();
-  return calls;
+  return inbox_.call_without_entry(without_message_) ? 1 : 0;
 }
 
 // Whether the program's code was called. What was removed meanwhile is not.
 bool BoundCallback::call_one() {
   for (int tries = 0; tries < kMaxTries; ++tries) {
-    std::optional<Inbox::Entry> entry = inbox_.take();
-    if (!entry) return false;
-    const Outcome outcome = entry->call();
-    if (outcome != Outcome::kAgain) {
-      inbox_.made();
-      return outcome == Outcome::kCalled;
-    }
-    inbox_.put_back(std::move(*entry));
+    const std::optional<Outcome> outcome = inbox_.call_first();
+    if (outcome != Outcome::kAgain) return outcome == Outcome::kCalled;
     std::this_thread::sleep_for(kBetweenTries);
   }
   return false;

@@ -5,6 +5,21 @@
 
 namespace catan_ros {
 
+class Inbox::EndOfCall {
+ public:
+  explicit EndOfCall(Inbox& inbox) : inbox_(inbox) {}
+  ~EndOfCall() {
+    const std::lock_guard lock(inbox_.mutex_);
+    inbox_.under_way_.reset();
+    inbox_.changed_.notify_all();
+  }
+  EndOfCall(const EndOfCall&) = delete;
+  EndOfCall& operator=(const EndOfCall&) = delete;
+
+ private:
+  Inbox& inbox_;
+};
+
 void Inbox::put(Entry entry) {
   const std::lock_guard lock(mutex_);
   entries_.push_back(std::move(entry));
@@ -18,13 +33,6 @@ void Inbox::put_alone(Entry entry) {
   replaced = std::exchange(entries_, {});
   entries_.push_back(std::move(entry));
   last_put_ = std::chrono::steady_clock::now();
-  changed_.notify_all();
-}
-
-void Inbox::put_back(Entry entry) {
-  const std::lock_guard lock(mutex_);
-  entries_.push_front(std::move(entry));
-  under_way_.reset();
   changed_.notify_all();
 }
 
@@ -42,24 +50,32 @@ bool Inbox::is_under_way_elsewhere(Id id) const {
   return under_way_ && under_way_->id.value_or(id) == id && under_way_->thread != std::this_thread::get_id();
 }
 
-std::optional<Inbox::Entry> Inbox::take() {
-  const std::lock_guard lock(mutex_);
-  if (entries_.empty()) return std::nullopt;
-  std::optional<Entry> first = std::move(entries_.front());
-  entries_.pop_front();
-  under_way_ = UnderWay{first->id, std::this_thread::get_id()};
-  return first;
+std::optional<Outcome> Inbox::call_first() {
+  std::optional<Entry> first;
+  {
+    const std::lock_guard lock(mutex_);
+    if (entries_.empty()) return std::nullopt;
+    first = std::move(entries_.front());
+    entries_.pop_front();
+    under_way_ = UnderWay{first->id, std::this_thread::get_id()};
+  }
+  const EndOfCall end(*this);
+  const Outcome outcome = first->call();
+  if (outcome == Outcome::kAgain) {
+    const std::lock_guard lock(mutex_);
+    entries_.push_front(std::move(*first));
+  }
+  first.reset();
+  return outcome;
 }
 
-void Inbox::begin_without_entry() {
-  const std::lock_guard lock(mutex_);
-  under_way_ = UnderWay{std::nullopt, std::this_thread::get_id()};
-}
-
-void Inbox::made() {
-  const std::lock_guard lock(mutex_);
-  under_way_.reset();
-  changed_.notify_all();
+bool Inbox::call_without_entry(const std::function<bool()>& call) {
+  {
+    const std::lock_guard lock(mutex_);
+    under_way_ = UnderWay{std::nullopt, std::this_thread::get_id()};
+  }
+  const EndOfCall end(*this);
+  return call();
 }
 
 std::deque<Inbox::Entry> Inbox::take_all() {

@@ -40,13 +40,11 @@ class Inbox {
 
   void put(Entry entry);
   void put_alone(Entry entry);  // in place of all that are there
-  void put_back(Entry entry);   // in front; it is not under way any more
   void remove(Id id);
-  // It is under way until made() or put_back(), by the same thread.
-  std::optional<Entry> take();
-  // What is called without an entry is under way until made(), and a call of any id.
-  void begin_without_entry();
-  void made();
+  // Makes the first call; it stays there, in front, where that gave kAgain. Not set: there is none.
+  std::optional<Outcome> call_first();
+  // A call that has no entry here, and may be of any id.
+  bool call_without_entry(const std::function<bool()>& call);
   std::deque<Entry> take_all();
   std::size_t size() const;
 
@@ -62,6 +60,9 @@ class Inbox {
     std::optional<Id> id;  // not set: of any
     std::thread::id thread;
   };
+
+  // By the thread that makes the call: it is under way until this is let go.
+  class EndOfCall;
 
   bool is_under_way_elsewhere(Id id) const;
 

@@ -109,6 +109,7 @@ InferredGraph::InferredGraph(const std::vector<ObservedCallback>& callbacks, con
 // two are among one another, none of them can be a node: were the first one, the others would wait behind all nodes.
 // Else each has taken the place of the one before, since its program subscribed again, and the first stands for all.
 void InferredGraph::find_candidates() {
+  std::set<const ObservedCallback*> others;  // of a name whose first one has been looked at
   for (const ObservedCallback& callback : callbacks_) {
     const bool called = !callback.runs.empty();
     if (callback.kind == Binding::Kind::kService) {
@@ -119,18 +120,17 @@ void InferredGraph::find_candidates() {
       remarks_.push_back(described(callback) + " was not called");
       continue;
     }
+    if (others.count(&callback) > 0) continue;
     const Callbacks alike = called_alike(callback);
-    const bool is_first = alike.front() == &callback;
+    others.insert(alike.begin(), alike.end());
     if (are_among_one_another(alike)) {
-      if (!is_first) continue;
       remarks_.push_back(described(callback) + " is there " + std::to_string(alike.size()) +
                          " times, and which is which cannot be told: all are left as they are; in programs of their "
                          "own they can be nodes");
-    } else if (is_first) {
-      candidates_.push_back(&callback);
-    } else {
-      remarks_.push_back(described(callback) + " is there more than once; the first is the node");
+      continue;
     }
+    candidates_.push_back(&callback);
+    if (alike.size() > 1) remarks_.push_back(described(callback) + " is there more than once; the first is the node");
   }
 }
 
@@ -238,6 +238,10 @@ bool InferredGraph::sent_by_one(const Callbacks& callbacks) const {
   });
 }
 
+bool InferredGraph::sends(const ObservedCallback& callback) const {
+  return publishes(callback) || set_publishes_.count(&callback) > 0;
+}
+
 // What it publishes itself, or might have for its set.
 std::size_t InferredGraph::count_sent(const ObservedCallback& callback, const std::string& topic) const {
   const std::size_t own = count_published(callback, topic);
@@ -298,7 +302,7 @@ bool InferredGraph::completes_sets(const ObservedCallback& callback) const {
 void InferredGraph::find_nodes() {
   for (const ObservedCallback* const callback : candidates_) {
     const bool has_publisher = std::any_of(candidates_.begin(), candidates_.end(), [&](const ObservedCallback* other) {
-      return of_one_program(*other, *callback) && (publishes(*other) || set_publishes_.count(other) > 0);
+      return of_one_program(*other, *callback) && sends(*other);
     });
     if (is_light(*callback) && callback->kind == Binding::Kind::kTimer) {
       remarks_.push_back(described(*callback) + " publishes nothing and takes next to no time: it is left as it is");
@@ -309,7 +313,7 @@ void InferredGraph::find_nodes() {
                          completed_by_[callback]->name + ", which come last");
       continue;
     }
-    if (is_light(*callback) && has_publisher && set_publishes_.count(callback) == 0) continue;
+    if (is_light(*callback) && has_publisher && !sends(*callback)) continue;
     vertex_of_[callback] = vertices_.size();
     Vertex& vertex = vertices_.emplace_back();
     vertex.callback = callback;
@@ -329,7 +333,7 @@ void InferredGraph::find_edges() {
       continue;
     }
     add_edges_to(callback, {own->second}, false);
-    if (publishes(callback) || set_publishes_.count(&callback) > 0) continue;
+    if (sends(callback)) continue;
     for (const std::size_t sibling : publishing_siblings(callback)) {
       add_edge(own->second, sibling, "within " + program_of(callback), true, callback.runs.size());
     }
@@ -357,7 +361,7 @@ InferredGraph::Indices InferredGraph::publishing_siblings(const ObservedCallback
   Indices all;
   for (const auto& [other, vertex] : vertex_of_) {
     if (other == &callback || !of_one_program(*other, callback)) continue;
-    if (!publishes(*other) && set_publishes_.count(other) == 0) continue;
+    if (!sends(*other)) continue;
     if (before.count(other) > 0) continue;
     all.push_back(vertex);
     if (other->kind == Binding::Kind::kTimer) timers.push_back(vertex);

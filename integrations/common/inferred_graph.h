@@ -71,6 +71,7 @@ class InferredGraph {
   void find_set(Callbacks callbacks, const std::string& topic);
   Callbacks keepers_beside(const Callbacks& publishing) const;
   bool sent_by_one(const Callbacks& callbacks) const;
+  bool sends(const ObservedCallback& callback) const;  // itself, or it might have for its set
   std::size_t count_sent(const ObservedCallback& callback, const std::string& topic) const;
   std::set<std::string> sent_topics(const ObservedCallback& callback) const;
   std::set<const ObservedCallback*> senders_before(const ObservedCallback& callback) const;

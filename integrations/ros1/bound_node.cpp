@@ -195,9 +195,9 @@ void BoundNode::addCallback(const ros::CallbackInterfacePtr& callback, std::uint
 
 void BoundNode::removeByID(std::uint64_t id) {
   timer_runs_.store(false);
-  taken_.store(false);
   inbox_.remove(id);
   original_.load()->removeByID(id);
+  taken_.store(false);
 }
 
 void BoundNode::note_begun() {

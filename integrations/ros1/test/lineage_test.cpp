@@ -33,6 +33,24 @@ class LineageTest : public ProgramsTest {
     wait(start("taken", "sqlite3 run.catan \"" + query + "\""), seconds{10});
     return numbers("taken.out");
   }
+  // Camera and detector of one manager, each bound by its nodelet, and the detector's timer; with more nodes, edges,
+  // objectives and bindings as text.
+  void write_app_of_a_manager(const std::string& nodes = {}, const std::string& edges = {},
+                              const std::string& objectives = {}, const std::string& bindings = {}) {
+    write("app.yaml",
+          R"(catan: 1
+app: nodelets
+nodes: { camera: { fallback_rate: 50Hz }, detect: { fallback_rate: 50Hz }, tick: { fallback_rate: 100Hz })" +
+              nodes + " }\nedges: [ camera -> detect" + edges +
+              " ]\nobjective: [ { response_time: [camera, detect], weight: 1 }, { period: tick, weight: 1 }" +
+              objectives + " ]\nscheduler: { bootstrap: 300ms }\n");
+    write("bind.yaml", R"(catan: 1
+ros:
+  camera: { node: /manager, nodelet: /camera, timer: 20ms }
+  detect: { node: /manager, nodelet: /detector, topic: /images }
+  tick: { node: /manager, nodelet: /detector, timer: 5ms }
+)" + bindings);
+  }
   // How many of `values` are among the runs.
   static double part_found(const std::vector<double>& values, const std::vector<double>& runs) {
     const std::set<double> known(runs.begin(), runs.end());
@@ -63,19 +81,7 @@ TEST_F(LineageTest, NodeletsShareMessagesAndRunsAreKnown) {
 }
 
 TEST_F(LineageTest, ANodeletThatIsLoadedAgainIsTheNodeAgain) {
-  write("app.yaml", R"(catan: 1
-app: nodelets
-nodes: { camera: { fallback_rate: 50Hz }, detect: { fallback_rate: 50Hz }, tick: { fallback_rate: 100Hz } }
-edges: [ camera -> detect ]
-objective: [ { response_time: [camera, detect], weight: 1 }, { period: tick, weight: 1 } ]
-scheduler: { bootstrap: 300ms }
-)");
-  write("bind.yaml", R"(catan: 1
-ros:
-  camera: { node: /manager, nodelet: /camera, timer: 20ms }
-  detect: { node: /manager, nodelet: /detector, topic: /images }
-  tick: { node: /manager, nodelet: /detector, timer: 5ms }
-)");
+  write_app_of_a_manager();
   write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log --reload\n");
   const int run = start_under_catan("--scheduler default --json --seconds 4 --record run.catan -- ./launch.sh");
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
@@ -90,22 +96,9 @@ ros:
 
 // Both subscribe to /images and have a timer of 5 ms, in one manager.
 TEST_F(LineageTest, NodeletsOfOneManagerAreBoundApart) {
-  write("app.yaml", R"(catan: 1
-app: nodelets
-nodes: { camera: { fallback_rate: 50Hz }, detect: { fallback_rate: 50Hz }, watch: { fallback_rate: 50Hz },
-         tick: { fallback_rate: 100Hz } }
-edges: [ camera -> detect, camera -> watch ]
-objective: [ { response_time: [camera, detect], weight: 1 }, { response_time: [camera, watch], weight: 1 },
-             { period: tick, weight: 1 } ]
-scheduler: { bootstrap: 300ms }
-)");
-  write("bind.yaml", R"(catan: 1
-ros:
-  camera: { node: /manager, nodelet: /camera, timer: 20ms }
-  detect: { node: /manager, nodelet: /detector, topic: /images }
-  watch: { node: /manager, nodelet: /watcher, topic: /images }
-  tick: { node: /manager, nodelet: /detector, timer: 5ms }
-)");
+  write_app_of_a_manager(", watch: { fallback_rate: 50Hz }", ", camera -> watch",
+                         ", { response_time: [camera, watch], weight: 1 }",
+                         "  watch: { node: /manager, nodelet: /watcher, topic: /images }\n");
   write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log --watcher\n");
   const int run = start_under_catan("--scheduler default --json --seconds 3 --record run.catan -- ./launch.sh");
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));

@@ -3,9 +3,9 @@
 //
 //   nodelets --counts FILE --log FILE [--watcher | --reload]
 //
-// With --watcher another takes the detector's topic and has a timer of its period. It is loaded first, so whatever is
-// said of the first callback of that name is said of its. With --reload the detector is unloaded four times a second,
-// now and then in the middle of its work, and loaded again, with its queues elsewhere.
+// With --watcher another one, quicker than the detector, takes its topic and has a timer of its period. It is loaded
+// first, so whatever is said of the first callback of that name is said of its. With --reload the detector is unloaded
+// four times a second, now and then in the middle of its work, and loaded again, with its queues elsewhere.
 //
 // What was counted is written to FILE, as JSON, ten times a second: calls of the follower and of the watcher, callbacks
 // of one nodelet that overlapped, messages that were copied on their way, how often the detector was loaded again, and
@@ -20,6 +20,7 @@
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include <boost/make_shared.hpp>
 
@@ -71,6 +72,9 @@ class Camera : public nodelet::Nodelet {
 // Both of its callbacks are of one queue, which calls one at a time.
 class Detector : public nodelet::Nodelet {
  public:
+  // Works for so long, in ms, on each image. What it makes of it goes to topic `out`; if that is empty, it only
+  // watches.
+  Detector(double work, std::string out) : work_(work), topic_(std::move(out)) {}
   ~Detector() override {
     in_.shutdown();
     timer_.stop();
@@ -79,12 +83,16 @@ class Detector : public nodelet::Nodelet {
 
  private:
   void onInit() override {
-    out_ = getNodeHandle().advertise<std_msgs::Int64>("/things", 10);
+    if (!topic_.empty()) out_ = getNodeHandle().advertise<std_msgs::Int64>(topic_, 10);
     in_ = getNodeHandle().subscribe<std_msgs::Int64>("/images", 10, [this](const std_msgs::Int64::ConstPtr& message) {
       if (++inside_ > 1) ++g_overlaps;
       if (!g_places.is_at(*message)) ++g_copies;
-      burn(5.0);
-      out_.publish(boost::make_shared<std_msgs::Int64>(*message));
+      burn(work_);
+      if (topic_.empty()) {
+        ++g_watched;
+      } else {
+        out_.publish(boost::make_shared<std_msgs::Int64>(*message));
+      }
       --inside_;
     });
     timer_ = getNodeHandle().createTimer(ros::Duration(0.005), [this](const ros::TimerEvent&) {
@@ -94,28 +102,9 @@ class Detector : public nodelet::Nodelet {
     });
   }
 
+  const double work_;
+  const std::string topic_;
   ros::Publisher out_;
-  ros::Subscriber in_;
-  ros::Timer timer_;
-  std::atomic<int> inside_{0};
-};
-
-// As the detector, for any two of its callbacks, but quicker.
-class Watcher : public nodelet::Nodelet {
-  void onInit() override {
-    in_ = getNodeHandle().subscribe<std_msgs::Int64>("/images", 10, [this](const std_msgs::Int64::ConstPtr&) {
-      if (++inside_ > 1) ++g_overlaps;
-      burn(1.0);
-      ++g_watched;
-      --inside_;
-    });
-    timer_ = getNodeHandle().createTimer(ros::Duration(0.005), [this](const ros::TimerEvent&) {
-      if (++inside_ > 1) ++g_overlaps;
-      burn(0.5);
-      --inside_;
-    });
-  }
-
   ros::Subscriber in_;
   ros::Timer timer_;
   std::atomic<int> inside_{0};
@@ -138,8 +127,8 @@ class Filler : public nodelet::Nodelet {
 
 boost::shared_ptr<nodelet::Nodelet> make(const std::string& type) {
   if (type == "camera") return boost::make_shared<Camera>();
-  if (type == "detector") return boost::make_shared<Detector>();
-  if (type == "watcher") return boost::make_shared<Watcher>();
+  if (type == "detector") return boost::make_shared<Detector>(5.0, "/things");
+  if (type == "watcher") return boost::make_shared<Detector>(1.0, "");
   if (type == "filler") return boost::make_shared<Filler>();
   return boost::make_shared<Follower>();
 }
