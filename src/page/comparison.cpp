@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <set>
 #include <utility>
@@ -45,18 +46,25 @@ void add_missing(std::vector<std::string>& differences, const char* what, const 
 
 std::string figure(double value) { return fmt::format("{:.4g}", value); }
 
-std::string difference(double before, double after) {
-  return before > 0.0 ? fmt::format("{:+.1f} %", 100.0 * (after - before) / before) : "-";
+std::string difference(double one, double two) {
+  if (one <= 0.0) return "-";
+  const double percent = 100.0 * (two - one) / one;
+  return fmt::format("{:+.{}f}\u00a0%", percent, std::abs(percent) < 100.0 ? 1 : 0);
 }
 
-void add_rows(report::Table& table, const std::string& what, const std::string& metric, const Summary& run,
-              const Summary& other) {
+// "12.5 / 10 (-20.0 %)", of both runs in one cell, so that a table has no more columns than that of one run. Its line
+// breaks in front of the bracket at most.
+std::string side_by_side(double one, double two) {
+  return fmt::format("{}\u00a0/\u00a0{} ({})", figure(one), figure(two), difference(one, two));
+}
+
+// Nothing where one of the runs has no samples. `name` is in the first of its rows alone, and is empty from then on.
+void add_row(report::Table& table, std::string& name, const std::string& metric, const Summary& run,
+             const Summary& other) {
   if (run.count == 0 || other.count == 0) return;
-  std::vector<std::string> row{what, metric};
+  std::vector<std::string> row{std::exchange(name, ""), metric};
   for (const double Summary::*value : {&Summary::mean, &Summary::p95, &Summary::p99, &Summary::max}) {
-    row.push_back(figure(run.*value));
-    row.push_back(figure(other.*value));
-    row.push_back(difference(run.*value, other.*value));
+    row.push_back(side_by_side(run.*value, other.*value));
   }
   table.rows.push_back(std::move(row));
 }
@@ -97,29 +105,31 @@ std::optional<std::size_t> find_chain(const report::RunFigures& figures, const s
 
 std::vector<report::Table> comparison_tables(const report::RunFigures& run, const std::string& name,
                                              const report::RunFigures& other, const std::string& other_name) {
-  const std::string order = fmt::format("of {}, then of {}, then the difference", name, other_name);
-  const std::vector<std::string> columns{"mean", "mean", "", "p95", "p95", "", "p99", "p99", "", "max", "max", ""};
-  report::Table chains{.header = {"chain", "in ms"}, .caption = "Chains: " + order};
+  const std::string which = fmt::format("a is {}, b is {}", name, other_name);
+  const std::vector<std::string> columns{"mean: a / b", "p95: a / b", "p99: a / b", "max: a / b"};
+  report::Table chains{.header = {"chain", "in ms"}, .caption = "Chains: " + which};
   chains.header.insert(chains.header.end(), columns.begin(), columns.end());
   for (const report::ChainMetrics& chain : run.chains) {
     const auto index = find_chain(other, chain.path);
     if (!index) continue;
-    add_rows(chains, chain.path, "response time", chain.response_ms, other.chains[*index].response_ms);
-    add_rows(chains, "", "latency", chain.latency_ms, other.chains[*index].latency_ms);
-    add_rows(chains, "", "period", chain.period_ms, other.chains[*index].period_ms);
+    std::string path = chain.path;
+    add_row(chains, path, "response time", chain.response_ms, other.chains[*index].response_ms);
+    add_row(chains, path, "latency", chain.latency_ms, other.chains[*index].latency_ms);
+    add_row(chains, path, "period", chain.period_ms, other.chains[*index].period_ms);
   }
-  report::Table nodes{.header = {"node", "in ms"}, .caption = "Nodes: " + order};
+  report::Table nodes{.header = {"node", "in ms"}, .caption = "Nodes: " + which};
   nodes.header.insert(nodes.header.end(), columns.begin(), columns.end());
   for (const report::NodeMetrics& node : run.nodes) {
     const auto same = std::find_if(other.nodes.begin(), other.nodes.end(),
                                    [&](const report::NodeMetrics& one) { return one.name == node.name; });
     if (same == other.nodes.end()) continue;
-    add_rows(nodes, node.name, "compute time", node.compute_ms, same->compute_ms);
-    add_rows(nodes, "", "period", node.period_ms, same->period_ms);
+    std::string node_name = node.name;
+    add_row(nodes, node_name, "compute time", node.compute_ms, same->compute_ms);
+    add_row(nodes, node_name, "period", node.period_ms, same->period_ms);
   }
-  report::Table whole{.header = {"", name, other_name, "difference"}, .caption = "In all"};
-  const auto row = [&](const char* what, std::optional<double> before, std::optional<double> after) {
-    if (before && after) whole.rows.push_back({what, figure(*before), figure(*after), difference(*before, *after)});
+  report::Table whole{.header = {"", "a / b"}, .caption = "In all: " + which};
+  const auto row = [&](const char* what, std::optional<double> one, std::optional<double> two) {
+    if (one && two) whole.rows.push_back({what, side_by_side(*one, *two)});
   };
   row("objective, measured", run.objective.measured, other.objective.measured);
   row("objective, predicted", run.objective.predicted, other.objective.predicted);

@@ -22,7 +22,8 @@ Result<std::vector<std::string>> differences_of(const graph::App& app, const std
 
 std::optional<std::size_t> find_chain(const report::RunFigures& figures, const std::string& path);
 
-// Tables of the chains and nodes that both have: the figures of both, and their difference in percent of the first.
+// Tables of the whole runs, and of the chains and nodes that both have. A cell has the figure of the first run, a, that
+// of the other, b, and in brackets by how much b differs, in percent of a. Captions say which run is which.
 std::vector<report::Table> comparison_tables(const report::RunFigures& run, const std::string& name,
                                              const report::RunFigures& other, const std::string& other_name);
 

@@ -379,6 +379,8 @@ class Writer {
   void figures(report::Page& page) const {
     page.section(compares() ? "Figures, side by side" : "Figures: predicted beside measured", "figures");
     if (compares()) {
+      page.paragraph(
+          fmt::format("a is {}, b is {}; in brackets, by how much b differs from a.", runs_[0].name, runs_[1].name));
       for (const report::Table& table :
            comparison_tables(first().figures, runs_[0].name, runs_[1].story.figures, runs_[1].name)) {
         page.table(table);

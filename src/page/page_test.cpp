@@ -367,7 +367,8 @@ TEST_F(PageTest, ComparesWhatBothHave) {
   const auto same = compare_html({"a.catan", told}, {"b.catan", told});
   ASSERT_TRUE(same.ok());
   EXPECT_THAT(*same, HasSubstr("data-other=\"0\""));
-  EXPECT_THAT(*same, HasSubstr("+0.0 %"));
+  EXPECT_THAT(*same, HasSubstr("a is a.catan, b is b.catan"));
+  EXPECT_THAT(*same, HasSubstr(" (+0.0\u00a0%)"));
   EXPECT_THAT(*same, Not(HasSubstr("The apps differ")));
   EXPECT_EQ(count(*same, "data-kind=\"cores\""), 2U);
 
@@ -398,6 +399,34 @@ TEST_F(PageTest, ComparesWhatBothHave) {
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.error().kind(), ErrorKind::kCaller);
   EXPECT_THAT(none.error().message(), HasSubstr("no node in common"));
+}
+
+// So that tables of two runs are no wider than the page.
+TEST_F(PageTest, FiguresOfTwoRunsAreInOneCell) {
+  report::RunFigures run;
+  run.chains.resize(1);
+  run.chains[0].path = "scan -> LM";
+  run.chains[0].response_ms = {.count = 2, .mean = 12.5, .p95 = 20.0, .p99 = 20.0, .max = 20.0};
+  run.nodes.resize(1);
+  run.nodes[0].name = "LM";
+  run.nodes[0].period_ms = run.chains[0].response_ms;
+  run.cores_used = 1.0;
+  report::RunFigures other = run;
+  other.chains[0].response_ms.mean = 10.0;
+  other.chains[0].response_ms.max = 45.0;
+  other.cores_used = 1.5;
+  const std::vector<report::Table> tables = comparison_tables(run, "new", other, "old");
+  ASSERT_EQ(tables.size(), 3U);
+  using Row = std::vector<std::string>;
+  EXPECT_EQ(tables[0].rows, std::vector<Row>({{"cores used", "1\u00a0/\u00a01.5 (+50.0\u00a0%)"}}));
+  EXPECT_EQ(tables[1].header, Row({"chain", "in ms", "mean: a / b", "p95: a / b", "p99: a / b", "max: a / b"}));
+  const std::string same = "20\u00a0/\u00a020 (+0.0\u00a0%)";
+  EXPECT_EQ(tables[1].rows, std::vector<Row>({{"scan -> LM", "response time", "12.5\u00a0/\u00a010 (-20.0\u00a0%)",
+                                               same, same, "20\u00a0/\u00a045 (+125\u00a0%)"}}));
+  ASSERT_EQ(tables[2].rows.size(), 1U);
+  EXPECT_EQ(tables[2].rows[0][0], "LM") << "also where its first figure is missing";
+  EXPECT_EQ(tables[2].rows[0][1], "period");
+  for (const report::Table& table : tables) EXPECT_THAT(table.caption, testing::EndsWith("a is new, b is old"));
 }
 
 TEST_F(PageTest, ARecordIsNotWrittenOver) {

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <set>
 #include <utility>
 
 #include "experiments/host.h"
@@ -188,21 +190,41 @@ void add_method(report::Page& page, const Results& results) {
           "however "
           "many cores there are. The other rates set by hand are ordinary scheduling too. Catan measured the nodes, "
           "computed the rate from what they cost, and ran them at real-time levels where the machine grants these.");
-  std::size_t rounds = 0;
-  double seconds = 0.0;
-  for (const Measured& run : results.runs) {
-    rounds = std::max(rounds, static_cast<std::size_t>(run.trial.round));
-    seconds = std::max(seconds, run.trial.seconds);
-  }
-  page.paragraph(
-          fmt::format("{} trials of {:.1f} s at most in {} interleaved rounds, rates set by hand in the first two; all "
-                      "trials of a round give the face the same walk. The sweep was made at {:.1f} rad/s. Bars in the "
-                      "figures reach from the least to the greatest of the rounds.",
-                      results.runs.size(), seconds, rounds, results.medium_speed))
+  page.paragraph(rounds_text(results))
       .paragraph("To measure it again: make demo. The numbers behind this page: results.json beside it.");
 }
 
+std::string number_in_words(std::size_t count) {
+  constexpr std::array<const char*, 4> kWords{"no", "one", "two", "three"};
+  return count < kWords.size() ? kWords[count] : std::to_string(count);
+}
+
 }  // namespace
+
+std::string rounds_text(const Results& results) {
+  std::set<int> rounds;
+  std::set<int> with_sweep;
+  double seconds = 0.0;
+  for (const Measured& run : results.runs) {
+    rounds.insert(run.trial.round);
+    if (run.trial.scheduler.starts_with("rate:")) with_sweep.insert(run.trial.round);
+    seconds = std::max(seconds, run.trial.seconds);
+  }
+  std::string text = fmt::format("{} trials of {:.1f} s at most in ", results.runs.size(), seconds);
+  if (rounds.size() == 1) {
+    text += "one round, in which all give the face the same walk.";
+  } else {
+    text += number_in_words(rounds.size()) + " interleaved rounds";
+    if (!with_sweep.empty() && with_sweep.size() < rounds.size()) {
+      text += ", rates set by hand in the first" +
+              (with_sweep.size() == 1 ? " alone" : " " + number_in_words(with_sweep.size()));
+    }
+    text += "; all trials of a round give the face the same walk.";
+  }
+  if (!with_sweep.empty()) text += fmt::format(" The sweep was made at {:.1f} rad/s.", results.medium_speed);
+  if (rounds.size() > 1) text += " Bars in the figures reach from the least to the greatest of the rounds.";
+  return text;
+}
 
 report::Figure response_figure(const Summary& summary, double speed) {
   return figure_of(summary, speed, &Row::response_ms, "Response time against source rate", "Response time (ms)");

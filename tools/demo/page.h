@@ -17,6 +17,9 @@ namespace ctn::demo {
 report::Figure response_figure(const Summary& summary, double speed);
 report::Figure angle_figure(const Summary& summary, double speed);
 
+// How many trials there were in how many rounds, and in which of these rates set by hand were tried.
+std::string rounds_text(const Results& results);
+
 // It begins with a glance at a run, where there is one, and leads to that run's own page. Errors: gnuplot is missing or
 // fails.
 Result<std::string> render_page(const Results& results, const std::optional<page::Glance>& glance = std::nullopt);

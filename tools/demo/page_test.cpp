@@ -48,6 +48,25 @@ TEST(Page, OwnsUpToRatesOnlyAndToStoppingEarly) {
   EXPECT_THAT(*page, HasSubstr("Slowdown 2"));
 }
 
+TEST(Rounds, SayInWhichOfThemRatesSetByHandWereTried) {
+  const auto without_sweep_in_rounds_from = [](int first, int rounds) {
+    Results results = sample_results();
+    std::erase_if(results.runs, [&](const Measured& run) {
+      return run.trial.round > rounds || (run.trial.round >= first && run.trial.scheduler.starts_with("rate:"));
+    });
+    return rounds_text(results);
+  };
+  EXPECT_THAT(without_sweep_in_rounds_from(3, 3),
+              HasSubstr("three interleaved rounds, rates set by hand in the first two; all"));
+  EXPECT_THAT(without_sweep_in_rounds_from(2, 3),
+              HasSubstr("three interleaved rounds, rates set by hand in the first alone; all"));
+  EXPECT_THAT(without_sweep_in_rounds_from(3, 2), HasSubstr("two interleaved rounds; all")) << "they were in both";
+  EXPECT_EQ(without_sweep_in_rounds_from(2, 1),
+            "12 trials of 3.0 s at most in one round, in which all give the face the same walk. The sweep was made at "
+            "1.0 rad/s.");
+  EXPECT_THAT(without_sweep_in_rounds_from(1, 2), Not(HasSubstr("sweep"))) << "there was none";
+}
+
 TEST(Text, NamesEveryClaim) {
   const std::string text = to_text(sample_results());
   EXPECT_THAT(text, HasSubstr("held 1 core: Response time within 5 %"));
