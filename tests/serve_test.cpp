@@ -498,6 +498,25 @@ TEST_F(ServeTest, AThreadThatWasNamedWithoutAServerIsRaisedByTheNext) {
   EXPECT_EQ(*os_->level(os_->current_thread()), os::Level::kOrdinary);
 }
 
+// The nodes use nearly all of the CPU on which the thread has to be. Of 5 s it waits for 4.5 and more; half is enough.
+TEST_F(ServeTest, TellsOfAThreadThatNoNodeHasAndThatGetsNoCpu) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
+  if (!os_->ready_time()) GTEST_SKIP() << "this kernel does not tell ready time";
+  serve();
+  const auto nodes = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}, {"map", milliseconds{4}}});
+  ASSERT_TRUE(nodes);
+  std::atomic<bool> stop{false};
+  const auto helper = os_->spawn("helper", [&] {
+    EXPECT_TRUE(os_->set_affinity(os_->current_thread(), os::CpuSet{os_->online_cpus()->cpus().front()}).ok());
+    while (!stop) continue;
+  });
+  EXPECT_TRUE(eventually([&] { return said().find("ordinary-threads: ") != std::string::npos; }, seconds{30}))
+      << said();
+  stop = true;
+  EXPECT_THAT(said(), HasSubstr("nodes eye, hand, map) that no node has wait for a CPU")) << said();
+  EXPECT_THAT(said(), HasSubstr("s helper (thread "));
+}
+
 // The server takes all threads of a program of one node for that node's, until it hears of another. Those that the
 // program names stay.
 TEST_F(ServeTest, LetsGoOfThreadsItFoundWhenTheirProgramRunsAnotherNode) {

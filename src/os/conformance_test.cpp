@@ -154,6 +154,17 @@ TEST_P(OsConformance, ReadyTimeIsPartOfTheTimeThatPasses) {
   EXPECT_LE(*after - *before + worked, passed + 10ms);
 }
 
+TEST_P(OsConformance, ReadyTimeOfItselfByNumber) {
+  for (const TimePoint met = os().now() + 100ms; !os().ready_time() && os().now() < met;) work(1ms);
+  const std::optional<Nanos> before = os().ready_time();
+  const std::optional<Nanos> by_number = os().ready_time(os().current_thread());
+  const std::optional<Nanos> after = os().ready_time();
+  ASSERT_EQ(before.has_value(), by_number.has_value());
+  if (!before || !after) GTEST_SKIP() << "this system does not tell";
+  EXPECT_GE(*by_number, *before);
+  EXPECT_LE(*by_number, *after);
+}
+
 // ---- Waiting
 
 TEST_P(OsConformance, WaitReturnsAtOnceWhenTheWordDiffers) {
@@ -247,6 +258,15 @@ TEST_P(OsConformance, HandleJoinsWhenItGoes) {
   EXPECT_TRUE(done);
 }
 
+TEST_P(OsConformance, ThreadsHaveTheNamesThatTheyWereMadeWith) {
+  std::string own;
+  std::string cut;
+  os().spawn("detector", [&] { own = os().thread_name(os().current_thread()); })->join();
+  os().spawn("perception.detector", [&] { cut = os().thread_name(os().current_thread()); })->join();
+  EXPECT_EQ(own, "detector");
+  EXPECT_EQ(cut, "perception.dete");
+}
+
 TEST_P(OsConformance, JoiningTwiceIsHarmless) {
   std::atomic<int> runs{0};
   std::atomic<ThreadId> joined{};
@@ -273,6 +293,8 @@ TEST_P(OsConformance, CallsAboutAThreadThatIsGoneSaySo) {
     SCOPED_TRACE(static_cast<int>(gone));
     EXPECT_ENVIRONMENT_ERROR(os().thread_cpu_time(gone));
     EXPECT_ENVIRONMENT_ERROR(os().cpu_clock(gone));
+    EXPECT_EQ(os().ready_time(gone), std::nullopt);
+    EXPECT_EQ(os().thread_name(gone), "");
     EXPECT_ENVIRONMENT_ERROR(os().set_level(gone, Level::kOrdinary));
     EXPECT_ENVIRONMENT_ERROR(os().level(gone));
     EXPECT_ENVIRONMENT_ERROR(os().set_affinity(gone, *cpus));

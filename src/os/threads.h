@@ -1,8 +1,8 @@
 // Threads and processes: which there are, making them, what they use, and how they wait for each other.
 //
 // Units: Nanos and TimePoint of the monotonic clock. Thread safety: any thread at any time. Cost: wait(), wake(),
-// current_cpu(), thread_cpu_time(), CpuClock::now(), times_blocked() and ready_time() are on the hot path; they never
-// lock, nor allocate but for the first ready_time() of a thread.
+// current_cpu(), thread_cpu_time(), CpuClock::now(), times_blocked() and the calling thread's ready_time() are on the
+// hot path; they never lock, nor allocate but for the first ready_time() of a thread.
 #pragma once
 
 #include <atomic>
@@ -53,6 +53,8 @@ class Threads {
   virtual Result<std::vector<ThreadId>> threads(ProcessId process) = 0;
   // A new thread at the ordinary level, under a name of at most 15 characters (longer ones are cut).
   virtual std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) = 0;
+  // As its program has named it; empty when it is gone, or has no name.
+  virtual std::string thread_name(ThreadId thread) = 0;
 
   // CPU time the calling thread has used; of another thread (kEnvironment when it is gone).
   virtual Nanos thread_cpu_time() = 0;
@@ -60,11 +62,15 @@ class Threads {
   // kEnvironment when it is gone.
   virtual Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) = 0;
 
-  // --- What the calling thread did when it did not run ---
-  // How often it has given its CPU away so far, to wait for something. What was taken from it does not count.
+  // --- What a thread did when it did not run ---
+  // How often the calling thread has given its CPU away so far, to wait for something. What was taken from it does not
+  // count.
   virtual std::uint64_t times_blocked() = 0;
-  // How long it was ready to run so far while others had the CPU. None: the system does not tell.
+  // How long the calling thread was ready to run so far while others had the CPU. None: the system does not tell.
   virtual std::optional<Nanos> ready_time() = 0;
+  // The same of another thread, where a time in which it is still ready may be left out. None: it is gone, or the
+  // system does not tell.
+  virtual std::optional<Nanos> ready_time(ThreadId thread) = 0;
 
   // Blocks until the word is no longer `expected`, or the deadline (kNever: none) has passed. Returns at once if it
   // differs already. Spurious wake-ups are absorbed. The word may lie in memory shared between processes.

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
+
 namespace ctn::runtime {
 namespace {
 
@@ -136,6 +138,49 @@ void Registry::leave(ProgramId id, const std::string& why) {
 
 void Registry::find_threads() {
   for (auto& [id, program] : programs_) find_threads(program);
+}
+
+// A process that has connected twice is told of once: by its first connection that runs nodes.
+void Registry::look_at_ordinary_threads(TimePoint now) {
+  if (!scheduler_.real_time()) return;
+  std::set<os::ThreadId> left_out = threads_of_nodes();
+  for (const auto& [id, program] : programs_) {
+    if (program.service) left_out.insert(*program.service);  // Catan's own
+  }
+  std::set<os::ProcessId> looked_at;
+  for (auto& [id, program] : programs_) {
+    if (program.nodes.empty() || !looked_at.insert(program.process).second) continue;
+    const OrdinaryThreads::News news = program.ordinary.look(now, sample(program, left_out));
+    if (news.threads.empty()) continue;
+    scheduler_.notice("ordinary-threads", notice_of(describe(program), news, [this](os::ThreadId thread) {
+                        return threads_.thread_name(thread);
+                      }));
+  }
+}
+
+// Threads of which the system does not tell are left out.
+std::vector<OrdinaryThreads::Sample> Registry::sample(const Program& program,
+                                                      const std::set<os::ThreadId>& left_out) const {
+  std::vector<OrdinaryThreads::Sample> samples;
+  const Result<Threads> living = threads_.threads(program.process);
+  if (!living) return samples;
+  for (const os::ThreadId thread : *living) {
+    if (left_out.contains(thread)) continue;
+    const std::optional<Nanos> ready = threads_.ready_time(thread);
+    const Result<Nanos> cpu = threads_.thread_cpu_time(thread);
+    if (ready && cpu) samples.push_back({thread, *ready, *cpu});
+  }
+  return samples;
+}
+
+std::string Registry::describe(const Program& program) const {
+  std::string nodes;
+  for (const NodeId node : program.nodes) {
+    nodes += (nodes.empty() ? "" : ", ") + scheduler_.app().graph.node(node).name;
+  }
+  return fmt::format("program {} (process {}, nodes {})",
+                     printable(threads_.thread_name(threads_.main_thread(program.process))),
+                     static_cast<std::int32_t>(program.process), nodes);
 }
 
 void Registry::find_threads(Program& program) {

@@ -32,6 +32,7 @@
 
 #include "base/result.h"
 #include "os/threads.h"
+#include "runtime/ordinary_threads.h"
 #include "runtime/protocol.h"
 #include "runtime/scheduler.h"
 
@@ -59,6 +60,10 @@ class Registry {
 
   // Finds threads that programs have made or ended since it was last called: ten times a second is often enough.
   void find_threads();
+  // Gives a notice (`ordinary-threads`) of programs whose threads that no node has wait for a CPU most of the time, as
+  // ordinary_threads.h tells. To be called once in OrdinaryThreads::kPeriod. Does nothing where nodes do not go before
+  // such threads.
+  void look_at_ordinary_threads(TimePoint now);
 
  private:
   using Threads = std::vector<os::ThreadId>;
@@ -71,6 +76,7 @@ class Registry {
     Threads shared;                // that work for all nodes
     std::optional<NodeId> sharer;  // whose threads these are at the moment
     bool joined_since_search = false;
+    OrdinaryThreads ordinary;
   };
 
   Status carry_out(Program& program, const Request& request);
@@ -86,6 +92,8 @@ class Registry {
   void place_shared(Program& program);
   void place_shared(Program& program, const Threads& living);
   std::set<os::ThreadId> threads_of_nodes() const;
+  std::vector<OrdinaryThreads::Sample> sample(const Program& program, const std::set<os::ThreadId>& left_out) const;
+  std::string describe(const Program& program) const;
   std::optional<NodeId> heaviest(const Program& program) const;
 
   os::Threads& threads_;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 namespace ctn::runtime {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -187,6 +189,128 @@ TEST_F(SharedThreads, AreForgottenWhenTheyEndAlsoWhileNoNodeIsThere) {
   thread->join();
   EXPECT_EQ(join("heavy", heavy), "");
   EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy));
+}
+
+// A program of two nodes on CPU 0, one of which works most of the time, and a thread of its own there.
+class OrdinaryThreadsOfPrograms : public ::testing::Test {
+ protected:
+  OrdinaryThreadsOfPrograms() {
+    fake.share_cpus(true);
+    EXPECT_TRUE(fake.set_affinity(fake.current_thread(), os::CpuSet{1}).ok());
+  }
+
+  void schedule(const std::string& policy) {
+    SchedulerOptions options;
+    options.policy = *policy::make_policy(policy);
+    scheduler = *Scheduler::create(app, fake, std::move(options), os::CpuSet{0}, memory.region());
+    const Status ready = scheduler->prepare();
+    EXPECT_TRUE(ready.ok()) << ready.error().message();
+    registry = std::make_unique<Registry>(fake, *scheduler);
+    program = registry->enter(fake.current_process());
+    say({.kind = Request::Kind::kHello, .thread = static_cast<std::int32_t>(fake.current_thread())});
+  }
+  // It works for so much of each 10 ms.
+  os::ThreadId spawn(const std::string& name, Nanos work) {
+    os::ThreadId id{};
+    threads.push_back(fake.spawn(name, [this, work, &id] {
+      id = fake.current_thread();
+      EXPECT_TRUE(fake.set_affinity(id, os::CpuSet{0}).ok());
+      for (TimePoint next = fake.now(); !stop; fake.sleep_until(next)) {
+        fake.burn(work);
+        next = std::max(next + std::chrono::milliseconds{10}, fake.now());
+      }
+    }));
+    fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
+    return id;
+  }
+  void say(const Request& request) {
+    const Status done = parse_reply(registry->handle(program, fake.current_process(), to_text(request)).text);
+    EXPECT_TRUE(done.ok()) << done.error().message();
+  }
+  void join(const std::string& node, os::ThreadId thread) {
+    say({.kind = Request::Kind::kJoin, .node = node, .thread = static_cast<std::int32_t>(thread)});
+  }
+  std::vector<std::string> told_in_a_minute() {
+    const std::size_t before = scheduler->snapshot().notices.size();
+    for (int look = 0; look < 12; ++look) {
+      fake.sleep_until(fake.now() + OrdinaryThreads::kPeriod);
+      registry->look_at_ordinary_threads(fake.now());
+    }
+    std::vector<std::string> notices = scheduler->snapshot().notices;
+    notices.erase(notices.begin(), notices.begin() + static_cast<std::ptrdiff_t>(before));
+    return notices;
+  }
+  void end() {
+    stop = true;
+    threads.clear();
+  }
+
+  os::FakeOs fake{os::fake_topology(2)};
+  graph::App app = *config::parse_app(R"(catan: 1
+app: two
+nodes: { light: {}, heavy: {} }
+objective: [ { period: light, weight: 0.1 }, { period: heavy, weight: 1 } ]
+)",
+                                      "app.yaml");
+  LocalRegion memory{app.graph, 1};
+  std::unique_ptr<Scheduler> scheduler;
+  std::unique_ptr<Registry> registry;
+  Registry::ProgramId program{};
+  bool stop = false;
+  std::vector<std::unique_ptr<os::Thread>> threads;
+};
+
+TEST_F(OrdinaryThreadsOfPrograms, ThatWaitMostOfTheTimeAreToldOfOnce) {
+  schedule("catan");
+  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
+  join("light", spawn("light", Nanos{0}));
+  spawn("helper", std::chrono::milliseconds{2});
+  const std::vector<std::string> told = told_in_a_minute();
+  end();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_THAT(told.front(),
+              AllOf(HasSubstr("ordinary-threads: threads of program main (process 1000, nodes light, heavy)"),
+                    HasSubstr("Of the last 5.0 s helper (thread 4) waited for 4.5 s and ran for 0.5 s")));
+}
+
+TEST_F(OrdinaryThreadsOfPrograms, OfAProcessThatConnectedTwiceAreToldOfOnce) {
+  schedule("catan");
+  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
+  program = registry->enter(fake.current_process());
+  say({.kind = Request::Kind::kHello, .thread = static_cast<std::int32_t>(fake.current_thread())});
+  join("light", spawn("light", Nanos{0}));
+  spawn("helper", std::chrono::milliseconds{2});
+  EXPECT_EQ(told_in_a_minute().size(), 1U);
+  end();
+}
+
+TEST_F(OrdinaryThreadsOfPrograms, ThatGetWhatTheyNeedAreNotToldOf) {
+  schedule("catan");
+  join("heavy", spawn("heavy", std::chrono::milliseconds{5}));
+  join("light", spawn("light", Nanos{0}));
+  spawn("helper", std::chrono::milliseconds{2});
+  EXPECT_THAT(told_in_a_minute(), IsEmpty());
+  end();
+}
+
+TEST_F(OrdinaryThreadsOfPrograms, DoNotCountWhileANodeHasThem) {
+  schedule("catan");
+  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
+  join("light", spawn("light", Nanos{0}));
+  const os::ThreadId helper = spawn("helper", std::chrono::milliseconds{2});
+  say({.kind = Request::Kind::kAdd, .node = "light", .thread = static_cast<std::int32_t>(helper)});
+  EXPECT_THAT(told_in_a_minute(), IsEmpty());
+  end();
+}
+
+// There threads of nodes are ordinary ones, too: who has to wait does not wait for Catan's sake.
+TEST_F(OrdinaryThreadsOfPrograms, AreLeftAloneWhereNodesDoNotGoBeforeThem) {
+  schedule("rate:100Hz");
+  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
+  join("light", spawn("light", Nanos{0}));
+  spawn("helper", std::chrono::milliseconds{9});
+  EXPECT_THAT(told_in_a_minute(), IsEmpty());
+  end();
 }
 
 }  // namespace

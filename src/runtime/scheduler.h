@@ -120,6 +120,8 @@ class Scheduler {
   // Makes sure that the guardian still runs; to be called about every second.
   void check_guardian() { parts_->enforcer.check_guardian(); }
   void notice(const std::string& kind, const std::string& detail) { notices_.add({os_.now(), kind, detail}); }
+  // Whether nodes have levels above ordinary. From prepare() on.
+  bool real_time() const { return parts_->enforcer.real_time(); }
   // Cheap, unlike snapshot(), which sorts all that was measured.
   bool warmed_up() const { return prepared_.load(std::memory_order_acquire) && os_.now() >= parts_->warm_from; }
   Snapshot snapshot() const;

@@ -86,6 +86,7 @@ Status Server::start() {
   if (Status ready = scheduler_->prepare(); !ready) return ready;
   started_ = true;
   every(kThreadSearchPeriod, [this] { registry_->find_threads(); });
+  every(OrdinaryThreads::kPeriod, [this] { registry_->look_at_ordinary_threads(os_.now()); });
   every(kGuardianCheckPeriod, [this] { scheduler_->check_guardian(); });
   every(kHelloTimeout, [this] { disconnect_silent(); });
   if (Status scheduled = scheduler_->start(); !scheduled) return scheduled;

@@ -247,7 +247,7 @@ ScreenSection core_section(const Picture& picture, const ScreenState& state, std
 Style style_of(const view::Event& event) {
   if (event.kind == "plan" || event.kind == "cost-change" || event.kind == "changed") return Style::kPlain;
   const bool bad = event.kind == "watchdog" || event.kind == "node-left" || event.kind == "replan-failed" ||
-                   event.kind == "lost-reports" || event.kind == "starved";
+                   event.kind == "lost-reports" || event.kind == "starved" || event.kind == "ordinary-threads";
   return bad ? Style::kBad : Style::kWarning;
 }
 

@@ -60,6 +60,19 @@ TEST_F(SharedCpus, SwappingTwoLevelsInOneInstantSwapsWhoBurns) {
   EXPECT_THAT(stretches(), ElementsAre("0 first 1-3", "0 second 3-8", "0 first 8-11"));
 }
 
+TEST_F(SharedCpus, WhoStandsInLineIsReadyAndWhoSleepsIsNot) {
+  burner("first", Level::kActive, {0}, 1ms, 4ms);
+  const ThreadId low = burner("low", Level::kOrdinary, {0}, 2ms, 2ms);
+  os.sleep_until(at(2ms));
+  EXPECT_EQ(os.ready_time(low), 0ms);
+  os.sleep_until(at(4ms));
+  EXPECT_EQ(os.ready_time(low), 2ms);
+  EXPECT_EQ(os.thread_name(low), "low");
+  os.sleep_until(at(6ms));
+  EXPECT_EQ(os.ready_time(low), 3ms) << "it has run since";
+  join();
+}
+
 // --- The line of equals ---
 
 TEST_F(SharedCpus, EqualsAreServedInTheOrderInWhichTheyCame) {

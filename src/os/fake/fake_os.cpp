@@ -248,6 +248,18 @@ std::optional<Nanos> FakeOs::ready_time() {
   return tells_ready_time_ ? std::optional(self("ready_time").ready_time) : std::nullopt;
 }
 
+std::optional<Nanos> FakeOs::ready_time(ThreadId thread) {
+  const Lock lock(mutex_);
+  const Task* const task = find(thread);
+  return task && tells_ready_time_ ? std::optional(task->ready_time) : std::nullopt;
+}
+
+std::string FakeOs::thread_name(ThreadId thread) {
+  const Lock lock(mutex_);
+  const Task* const task = find(thread);
+  return task ? task->name : std::string();
+}
+
 WaitResult FakeOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) {
   Lock lock(mutex_);
   Task& task = self("wait");

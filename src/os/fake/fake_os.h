@@ -99,6 +99,7 @@ class FakeOs : public Os {
   Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) override;
   std::uint64_t times_blocked() override;
   std::optional<Nanos> ready_time() override;
+  std::optional<Nanos> ready_time(ThreadId thread) override;
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
   void wake(const std::atomic<std::uint32_t>& word) override;
   void sleep_until(TimePoint deadline) override;
@@ -108,6 +109,7 @@ class FakeOs : public Os {
   Result<std::vector<ThreadId>> threads(ProcessId process) override;
   // The new thread has the maker's CPUs; it runs when its turn comes, not before the maker gives up the baton.
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override;
+  std::string thread_name(ThreadId thread) override;
   Status set_level(ThreadId thread, Level level) override;
   void shift_level(ThreadId thread, Level level) override;
   Result<Level> level(ThreadId thread) override;

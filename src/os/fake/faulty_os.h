@@ -66,6 +66,9 @@ class FaultyOs : public Os {
   Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) override { return NumberClock::make(*this, thread); }
   std::uint64_t times_blocked() override { return inner_.times_blocked(); }
   std::optional<Nanos> ready_time() override { return inner_.ready_time(); }
+  std::optional<Nanos> ready_time(ThreadId thread) override {
+    return lost(thread) ? std::nullopt : inner_.ready_time(thread);
+  }
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
   void wake(const std::atomic<std::uint32_t>& word) override { inner_.wake(word); }
   void sleep_until(TimePoint deadline) override;
@@ -76,6 +79,7 @@ class FaultyOs : public Os {
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override {
     return inner_.spawn(name, std::move(body));
   }
+  std::string thread_name(ThreadId thread) override { return lost(thread) ? "" : inner_.thread_name(thread); }
   Status set_level(ThreadId thread, Level level) override;
   void shift_level(ThreadId thread, Level level) override;
   Result<Level> level(ThreadId thread) override;

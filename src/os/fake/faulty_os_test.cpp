@@ -91,6 +91,8 @@ TEST_F(FaultyOsTest, IsLateOnOrder) {
 TEST_F(FaultyOsTest, LostThreadIsGone) {
   os_.lose_thread(kMain);
   EXPECT_FALSE(os_.thread_cpu_time(kMain).ok());
+  EXPECT_FALSE(os_.ready_time(kMain));
+  EXPECT_EQ(os_.thread_name(kMain), "");
   EXPECT_FALSE(os_.set_level(kMain, Level::kOrdinary).ok());
   EXPECT_FALSE(os_.save_scheduling(kMain).ok());
   EXPECT_TRUE(os_.threads(os_.current_process()).value().empty());

@@ -100,12 +100,18 @@ Descriptor open_schedstat(const LinuxRoots& roots, ThreadId thread) {
   return end.size < path.size() ? Descriptor(::open(path.data(), O_RDONLY | O_CLOEXEC)) : Descriptor();
 }
 
-// Its first number is CPU time in nanoseconds. None: the thread is gone.
-std::optional<Nanos> read_schedstat(const Descriptor& file) {
-  std::array<char, 80> buffer{};
+using SchedstatBuffer = std::array<char, 80>;
+
+// Empty: the thread is gone.
+std::string_view read_schedstat(const Descriptor& file, SchedstatBuffer& buffer) {
   const ssize_t count = ::pread(file.number(), buffer.data(), buffer.size(), 0);
-  if (count <= 0) return std::nullopt;
-  const std::string_view text(buffer.data(), static_cast<std::size_t>(count));
+  return {buffer.data(), count <= 0 ? 0 : static_cast<std::size_t>(count)};
+}
+
+// Its first number is CPU time in nanoseconds. None: the thread is gone.
+std::optional<Nanos> read_cpu_time(const Descriptor& schedstat) {
+  SchedstatBuffer buffer{};
+  const std::string_view text = read_schedstat(schedstat, buffer);
   const auto number = parse_integer(text.substr(0, text.find(' ')));
   return number && *number >= 0 ? std::optional(Nanos{*number}) : std::nullopt;
 }
@@ -122,7 +128,7 @@ class KernelClock : public CpuClock {
 class SchedstatClock : public CpuClock {
  public:
   explicit SchedstatClock(Descriptor file) : file_(std::move(file)) {}
-  std::optional<Nanos> now() override { return read_schedstat(file_); }
+  std::optional<Nanos> now() override { return read_cpu_time(file_); }
 
  private:
   Descriptor file_;
@@ -134,7 +140,9 @@ Error no_cpu_time(ThreadId thread) {
 }
 
 // CPU time, time ready to run, times run. All are 0 where the kernel does not count them.
-std::optional<Nanos> parse_ready_time(std::string_view schedstat) {
+std::optional<Nanos> read_ready_time(const Descriptor& file) {
+  SchedstatBuffer buffer{};
+  const std::string_view schedstat = read_schedstat(file, buffer);
   const std::size_t first_end = schedstat.find(' ');
   if (first_end == std::string_view::npos) return std::nullopt;
   const std::string_view rest = schedstat.substr(first_end + 1);
@@ -168,6 +176,7 @@ class LinuxOs : public Os {
   Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) override;
   std::uint64_t times_blocked() override;
   std::optional<Nanos> ready_time() override;
+  std::optional<Nanos> ready_time(ThreadId thread) override;
 
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
   void wake(const std::atomic<std::uint32_t>& word) override;
@@ -178,6 +187,7 @@ class LinuxOs : public Os {
   ThreadId main_thread(ProcessId process) override { return ThreadId{static_cast<int>(process)}; }
   Result<std::vector<ThreadId>> threads(ProcessId process) override;
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override;
+  std::string thread_name(ThreadId thread) override;
 
   Status set_level(ThreadId thread, Level level) override { return scheduling_.set_level(thread, level); }
   void shift_level(ThreadId thread, Level level) override { scheduling_.shift_level(thread, level); }
@@ -219,7 +229,7 @@ Nanos LinuxOs::thread_cpu_time() {
 Result<Nanos> LinuxOs::thread_cpu_time(ThreadId thread) {
   if (may_be_thread(thread)) {
     if (const auto used = read_clock(thread)) return *used;
-    if (const auto used = read_schedstat(open_schedstat(roots_, thread))) return *used;
+    if (const auto used = read_cpu_time(open_schedstat(roots_, thread))) return *used;
   }
   return no_cpu_time(thread);
 }
@@ -229,7 +239,7 @@ Result<std::unique_ptr<CpuClock>> LinuxOs::cpu_clock(ThreadId thread) {
   if (may_be_thread(thread)) {
     if (read_clock(thread)) return Made(std::make_unique<KernelClock>(thread));
     Descriptor file = open_schedstat(roots_, thread);
-    if (read_schedstat(file)) return Made(std::make_unique<SchedstatClock>(std::move(file)));
+    if (read_cpu_time(file)) return Made(std::make_unique<SchedstatClock>(std::move(file)));
   }
   return no_cpu_time(thread);
 }
@@ -245,10 +255,12 @@ std::optional<Nanos> LinuxOs::ready_time() {
     const std::string path = fmt::format("{}/thread-self/schedstat", roots_.procfs);
     own_schedstat = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   }
-  std::array<char, 80> buffer{};
-  const ssize_t count = ::pread(own_schedstat.number(), buffer.data(), buffer.size(), 0);
-  if (count <= 0) return std::nullopt;
-  return parse_ready_time({buffer.data(), static_cast<std::size_t>(count)});
+  return read_ready_time(own_schedstat);
+}
+
+// The kernel adds a wait to the sum once the thread has a CPU again.
+std::optional<Nanos> LinuxOs::ready_time(ThreadId thread) {
+  return may_be_thread(thread) ? read_ready_time(open_schedstat(roots_, thread)) : std::nullopt;
 }
 
 WaitResult LinuxOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) {
@@ -306,6 +318,10 @@ std::unique_ptr<Thread> LinuxOs::spawn(const std::string& name, std::function<vo
     body();
   };
   return std::make_unique<LinuxThread>(std::thread(std::move(run)));
+}
+
+std::string LinuxOs::thread_name(ThreadId thread) {
+  return read_line(fmt::format("{}/{}/comm", roots_.procfs, static_cast<int>(thread))).value_or("");
 }
 
 RealTimeFacts LinuxOs::real_time_facts() {

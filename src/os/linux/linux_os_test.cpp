@@ -99,6 +99,8 @@ TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
   const auto used = os_->thread_cpu_time(ThreadId{child});
   const auto clock = os_->cpu_clock(ThreadId{child});
   const std::optional<Nanos> by_clock = clock ? (*clock)->now() : std::nullopt;
+  const std::optional<Nanos> ready = os_->ready_time(ThreadId{child});
+  const std::string name = os_->thread_name(ThreadId{child});
   const Status set = os_->set_level(ThreadId{child}, Level::kOrdinary);
   words->stop = 1;
   os_->wake(words->stop);
@@ -110,6 +112,8 @@ TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
   EXPECT_GE(*used, 25ms);
   ASSERT_TRUE(by_clock);
   EXPECT_GE(*by_clock, *used);
+  EXPECT_EQ(ready.has_value(), os_->ready_time().has_value());
+  EXPECT_EQ(name, os_->thread_name(os_->current_thread())) << "a child has its maker's";
   EXPECT_FALSE((*clock)->now()) << "it has ended";
   EXPECT_FALSE(os_->threads(ProcessId{child}).ok());
 }
@@ -131,7 +135,7 @@ TEST_F(LinuxOsTest, WhoWaitsForACpuIsReady) {
       const std::uint64_t blocked = os_->times_blocked();
       const Nanos end = os_->thread_cpu_time() + 40ms;
       for (const TimePoint give_up = soon(); os_->thread_cpu_time() < end && os_->now() < give_up;) continue;
-      each = os_->ready_time().value_or(Nanos{0}) - before;
+      each = os_->ready_time(os_->current_thread()).value_or(Nanos{0}) - before;
       EXPECT_EQ(os_->times_blocked(), blocked) << "the CPU was taken from it";
     }));
   }
