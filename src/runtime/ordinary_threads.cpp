@@ -52,7 +52,7 @@ std::string notice_of(const std::string& program, const OrdinaryThreads::News& n
   if (news.threads.size() > kMaxNamedThreads)
     threads += fmt::format(", and {} more", news.threads.size() - kMaxNamedThreads);
   return fmt::format(
-      "threads of {} that no node has wait for a CPU most of the time, since nodes go before them. Of the last "
+      "threads of {} that no node has wait for a CPU most of the time: nodes go before them. Of the last "
       "{:.1f} s {}. Bind what they do to a node, give the nodes a max_rate, or leave a CPU free of nodes (--cpus)",
       program, seconds_in(news.elapsed), threads);
 }

@@ -118,7 +118,7 @@ TEST(OrdinaryThreadsMessage, SaysWhoWaitsHowLongAndWhatToDo) {
                                    {{kHelper, milliseconds{4630}, milliseconds{180}}, {kWorker, seconds{3}, Nanos{0}}}};
   const auto name = [](os::ThreadId thread) { return std::string(thread == kWorker ? "worker" : "bad\n"); };
   EXPECT_EQ(notice_of("program planner", news, name),
-            "threads of program planner that no node has wait for a CPU most of the time, since nodes go before them. "
+            "threads of program planner that no node has wait for a CPU most of the time: nodes go before them. "
             "Of the last 5.0 s bad\\x0a (thread 8) waited for 4.6 s and ran for 0.2 s, worker (thread 7) waited for "
             "3.0 s and ran for 0.0 s. Bind what they do to a node, give the nodes a max_rate, or leave a CPU free of "
             "nodes (--cpus)");
