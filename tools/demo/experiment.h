@@ -41,7 +41,7 @@ struct Setting {
   double high_speed = 1.5;
   double slowdown = 1.0;
   std::uint64_t seed = 1;
-  double budget = 190.0;  // seconds for all trials together
+  double budget = 170.0;  // seconds for all trials together
   double overhead = 1.2;  // of a trial, in seconds: loading pictures, warming up, stopping
   bool quick = false;     // one short round, one rate, medium speed alone
 };
