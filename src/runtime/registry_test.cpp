@@ -31,23 +31,23 @@ class CountingOs : public os::FakeOs {
   int reads = 0;  // of which threads there are
 };
 
-class SharedThreads : public ::testing::Test {
+// Two nodes of one program, which this process is, on CPU 0.
+class RegistryTest : public ::testing::Test {
  protected:
-  SharedThreads() {
+  explicit RegistryTest(int cpus) : fake(os::fake_topology(cpus)) {}
+
+  void schedule(const std::string& policy) {
     SchedulerOptions options;
-    options.policy = *policy::make_policy("catan");
+    options.policy = *policy::make_policy(policy);
     scheduler = *Scheduler::create(app, fake, std::move(options), os::CpuSet{0}, memory.region());
     const Status ready = scheduler->prepare();
     EXPECT_TRUE(ready.ok()) << ready.error().message();
     registry = std::make_unique<Registry>(fake, *scheduler);
+    connect();
+  }
+  // From now on it speaks by another connection, if it had one.
+  void connect() {
     program = registry->enter(fake.current_process());
-    for (os::ThreadId* const id : {&light, &heavy, &network}) {
-      threads.push_back(fake.spawn("thread", [this, id] {
-        *id = fake.current_thread();
-        fake.sleep_until(TimePoint{std::chrono::hours{1}});
-      }));
-    }
-    fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
     EXPECT_EQ(say({.kind = Request::Kind::kHello, .thread = number(fake.current_thread())}), "");
   }
 
@@ -59,15 +59,8 @@ class SharedThreads : public ::testing::Test {
   std::string join(const std::string& node, os::ThreadId thread) {
     return say({.kind = Request::Kind::kJoin, .node = node, .thread = number(thread)});
   }
-  std::string leave(const std::string& node) { return say({.kind = Request::Kind::kLeave, .node = node}); }
-  std::string share(os::ThreadId thread) {
-    return say({.kind = Request::Kind::kAdd, .node = "", .thread = number(thread)});
-  }
-  std::vector<os::ThreadId> threads_of(const std::string& node) {
-    return scheduler->threads(*app.graph.find_node(node));
-  }
 
-  CountingOs fake{os::fake_topology(1)};
+  CountingOs fake;
   graph::App app = *config::parse_app(R"(catan: 1
 app: two
 nodes: { light: {}, heavy: {} }
@@ -78,10 +71,33 @@ objective: [ { period: light, weight: 0.1 }, { period: heavy, weight: 1 } ]
   std::unique_ptr<Scheduler> scheduler;
   std::unique_ptr<Registry> registry;
   Registry::ProgramId program{};
+  std::vector<std::unique_ptr<os::Thread>> threads;
+};
+
+class SharedThreads : public RegistryTest {
+ protected:
+  SharedThreads() : RegistryTest(1) {
+    schedule("catan");
+    for (os::ThreadId* const id : {&light, &heavy, &network}) {
+      threads.push_back(fake.spawn("thread", [this, id] {
+        *id = fake.current_thread();
+        fake.sleep_until(TimePoint{std::chrono::hours{1}});
+      }));
+    }
+    fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
+  }
+
+  std::string leave(const std::string& node) { return say({.kind = Request::Kind::kLeave, .node = node}); }
+  std::string share(os::ThreadId thread) {
+    return say({.kind = Request::Kind::kAdd, .node = "", .thread = number(thread)});
+  }
+  std::vector<os::ThreadId> threads_of(const std::string& node) {
+    return scheduler->threads(*app.graph.find_node(node));
+  }
+
   os::ThreadId light{};
   os::ThreadId heavy{};
   os::ThreadId network{};
-  std::vector<std::unique_ptr<os::Thread>> threads;
 };
 
 TEST_F(SharedThreads, WorkForTheNodeThatWeighsMostOfThoseThatAreThere) {
@@ -192,23 +208,13 @@ TEST_F(SharedThreads, AreForgottenWhenTheyEndAlsoWhileNoNodeIsThere) {
 }
 
 // A program of two nodes on CPU 0, one of which works most of the time, and a thread of its own there.
-class OrdinaryThreadsOfPrograms : public ::testing::Test {
+class OrdinaryThreadsOfPrograms : public RegistryTest {
  protected:
-  OrdinaryThreadsOfPrograms() {
+  OrdinaryThreadsOfPrograms() : RegistryTest(2) {
     fake.share_cpus(true);
     EXPECT_TRUE(fake.set_affinity(fake.current_thread(), os::CpuSet{1}).ok());
   }
 
-  void schedule(const std::string& policy) {
-    SchedulerOptions options;
-    options.policy = *policy::make_policy(policy);
-    scheduler = *Scheduler::create(app, fake, std::move(options), os::CpuSet{0}, memory.region());
-    const Status ready = scheduler->prepare();
-    EXPECT_TRUE(ready.ok()) << ready.error().message();
-    registry = std::make_unique<Registry>(fake, *scheduler);
-    program = registry->enter(fake.current_process());
-    say({.kind = Request::Kind::kHello, .thread = static_cast<std::int32_t>(fake.current_thread())});
-  }
   // It works for so much of each 10 ms.
   os::ThreadId spawn(const std::string& name, Nanos work) {
     os::ThreadId id{};
@@ -222,13 +228,6 @@ class OrdinaryThreadsOfPrograms : public ::testing::Test {
     }));
     fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
     return id;
-  }
-  void say(const Request& request) {
-    const Status done = parse_reply(registry->handle(program, fake.current_process(), to_text(request)).text);
-    EXPECT_TRUE(done.ok()) << done.error().message();
-  }
-  void join(const std::string& node, os::ThreadId thread) {
-    say({.kind = Request::Kind::kJoin, .node = node, .thread = static_cast<std::int32_t>(thread)});
   }
   std::vector<std::string> told_in_a_minute() {
     const std::size_t before = scheduler->snapshot().notices.size();
@@ -245,25 +244,13 @@ class OrdinaryThreadsOfPrograms : public ::testing::Test {
     threads.clear();
   }
 
-  os::FakeOs fake{os::fake_topology(2)};
-  graph::App app = *config::parse_app(R"(catan: 1
-app: two
-nodes: { light: {}, heavy: {} }
-objective: [ { period: light, weight: 0.1 }, { period: heavy, weight: 1 } ]
-)",
-                                      "app.yaml");
-  LocalRegion memory{app.graph, 1};
-  std::unique_ptr<Scheduler> scheduler;
-  std::unique_ptr<Registry> registry;
-  Registry::ProgramId program{};
   bool stop = false;
-  std::vector<std::unique_ptr<os::Thread>> threads;
 };
 
 TEST_F(OrdinaryThreadsOfPrograms, ThatWaitMostOfTheTimeAreToldOfOnce) {
   schedule("catan");
-  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
-  join("light", spawn("light", Nanos{0}));
+  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{9})), "");
+  EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   spawn("helper", std::chrono::milliseconds{2});
   const std::vector<std::string> told = told_in_a_minute();
   end();
@@ -275,10 +262,9 @@ TEST_F(OrdinaryThreadsOfPrograms, ThatWaitMostOfTheTimeAreToldOfOnce) {
 
 TEST_F(OrdinaryThreadsOfPrograms, OfAProcessThatConnectedTwiceAreToldOfOnce) {
   schedule("catan");
-  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
-  program = registry->enter(fake.current_process());
-  say({.kind = Request::Kind::kHello, .thread = static_cast<std::int32_t>(fake.current_thread())});
-  join("light", spawn("light", Nanos{0}));
+  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{9})), "");
+  connect();
+  EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   spawn("helper", std::chrono::milliseconds{2});
   EXPECT_EQ(told_in_a_minute().size(), 1U);
   end();
@@ -286,8 +272,8 @@ TEST_F(OrdinaryThreadsOfPrograms, OfAProcessThatConnectedTwiceAreToldOfOnce) {
 
 TEST_F(OrdinaryThreadsOfPrograms, ThatGetWhatTheyNeedAreNotToldOf) {
   schedule("catan");
-  join("heavy", spawn("heavy", std::chrono::milliseconds{5}));
-  join("light", spawn("light", Nanos{0}));
+  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{5})), "");
+  EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   spawn("helper", std::chrono::milliseconds{2});
   EXPECT_THAT(told_in_a_minute(), IsEmpty());
   end();
@@ -295,10 +281,10 @@ TEST_F(OrdinaryThreadsOfPrograms, ThatGetWhatTheyNeedAreNotToldOf) {
 
 TEST_F(OrdinaryThreadsOfPrograms, DoNotCountWhileANodeHasThem) {
   schedule("catan");
-  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
-  join("light", spawn("light", Nanos{0}));
+  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{9})), "");
+  EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   const os::ThreadId helper = spawn("helper", std::chrono::milliseconds{2});
-  say({.kind = Request::Kind::kAdd, .node = "light", .thread = static_cast<std::int32_t>(helper)});
+  EXPECT_EQ(say({.kind = Request::Kind::kAdd, .node = "light", .thread = number(helper)}), "");
   EXPECT_THAT(told_in_a_minute(), IsEmpty());
   end();
 }
@@ -306,8 +292,8 @@ TEST_F(OrdinaryThreadsOfPrograms, DoNotCountWhileANodeHasThem) {
 // There threads of nodes are ordinary ones, too: who has to wait does not wait for Catan's sake.
 TEST_F(OrdinaryThreadsOfPrograms, AreLeftAloneWhereNodesDoNotGoBeforeThem) {
   schedule("rate:100Hz");
-  join("heavy", spawn("heavy", std::chrono::milliseconds{9}));
-  join("light", spawn("light", Nanos{0}));
+  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{9})), "");
+  EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   spawn("helper", std::chrono::milliseconds{9});
   EXPECT_THAT(told_in_a_minute(), IsEmpty());
   end();
