@@ -8,9 +8,14 @@
 #include <vector>
 
 #include "base/ticks.h"
+#include "base/time.h"
 #include "graph/app.h"
 
 namespace ctn::planner {
+
+// What is there later than so long before a tick is taken to miss it: clocks are known to some microseconds, runs take
+// now and then more than they did, and a controller that takes a new plan does so just before.
+inline constexpr Nanos kBeforeTicks = std::chrono::microseconds{60};
 
 // Whether any clock is known, and those that are known stay where they are to each other, and to ours, by a tenth of
 // the shortest period, for ten seconds or more. What follows no clock goes by ours, and how the phases of others move

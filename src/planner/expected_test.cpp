@@ -13,6 +13,7 @@
 #include "plan/json.h"
 #include "plan/limits.h"
 #include "plan/validate.h"
+#include "planner/clock_phases.h"
 #include "planner/formulas.h"
 #include "planner/frames.h"
 #include "planner/planner.h"
@@ -315,6 +316,25 @@ TEST(Surrogate, KnowsWhatIsLeftUntilTheTick) {
   EXPECT_NEAR(objective(), cost + 1.5 * 8.333333, 1e-6);
   place.clock = app.graph.find_node("display");
   EXPECT_NEAR(objective(), 8.333333 - 6.0 + 8.333333, 1e-6) << "the run itself is part of what is left";
+}
+
+// A trial wakes threads late, and takes what is there just before a tick to miss it.
+TEST(Surrogate, KnowsThatThreadsAreWokenLate) {
+  const graph::App app = drawing();
+  const model::CostTable costs(app.graph, Millis{1});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  const trial::Overheads machine{.timer_latency = std::chrono::microseconds{100},
+                                 .timer_jitter = std::chrono::microseconds{200}};
+  Surrogate surrogate(app, samples, costs, 0.0, machine);
+  const double needed = surrogate.mean_cost(SubchainId(0), 0) + 0.3 + to_millis(kBeforeTicks).count();
+  const double tick = 8.333333;
+  trial::Place place{.period = Nanos{8'333'333}, .clock = app.graph.find_node("display")};
+  const auto objective = [&](double before_the_tick) {
+    place.phase = to_nanos(Millis{tick - before_the_tick});
+    return surrogate({.cores = 1, .subchains = {place}, .frames = {}, .pipelines = {}}).value().objective;
+  };
+  EXPECT_NEAR(objective(needed + 0.01), needed + 0.01 + tick, 1e-6);
+  EXPECT_NEAR(objective(needed - 0.01), needed - 0.01 + 2.0 * tick, 1e-6) << "it may be shown a tick later";
 }
 
 // Half of its runs take 1 ms, the others 3. Those that end too late are shown a tick later, or overwritten by the next

@@ -67,10 +67,6 @@ Nanos work_of_trial(const trial::Figures& figures) {
   return kSetUp + Nanos{static_cast<Nanos::rep>(80 * figures.events)};
 }
 
-// What is there later than so long before a tick may miss it: clocks are known to some microseconds, threads are woken
-// as much too late, and runs take now and then more than they did.
-constexpr Nanos kBeforeTicks = std::chrono::microseconds{30};
-
 }  // namespace
 
 ScheduleSearch::ScheduleSearch(const graph::App& app, const Setting& setting)

@@ -6,6 +6,7 @@
 
 #include "plan/limits.h"
 #include "plan/promise.h"
+#include "planner/clock_phases.h"
 
 namespace ctn::planner {
 namespace {
@@ -70,6 +71,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
                      double slack, const trial::Overheads& machine)
     : app_(app),
       usable_(1.0 - slack),
+      in_time_(to_millis(kBeforeTicks + machine.timer_latency + machine.timer_jitter).count()),
       batches_(app.graph.subchains().size()),
       rounds_(planned.has_batches() ? kRoundsWithBatches : kRounds),
       timings_(app.graph.subchains().size()) {

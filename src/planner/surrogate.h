@@ -230,6 +230,7 @@ class Surrogate {
 
   const graph::App& app_;
   double usable_;                               // of a core
+  double in_time_;                              // before a tick, so that what is woken late is there by then
   std::vector<std::vector<double>> mean_;       // by kind, subchain
   std::vector<std::vector<double>> square_;     // by kind, subchain
   std::vector<std::vector<double>> planned_;    // by kind, subchain

@@ -21,7 +21,7 @@ const Surrogate::AtTicks* Surrogate::at_ticks(const trial::Schedule& schedule, c
   Timing& timing = timings_[before.subchain->index()];
   if (timing.at_ticks) return &*timing.at_ticks;
   const RunSpread& spread = spread_[kind_of(place.core)][before.subchain->index()];
-  const double end = to_millis(place.phase).count() + timing.execution;
+  const double end = to_millis(place.phase).count() + timing.execution + in_time_;
   const auto ticks_of = [&](double more) { return (end + more * timing.stretch) / element.period; };
   double nothing_new = 1.0;
   double of_this_tick = 0.0;  // what part of the runs
@@ -35,7 +35,7 @@ const Surrogate::AtTicks* Surrogate::at_ticks(const trial::Schedule& schedule, c
       this_tick = tick;
     }
     of_this_tick += 1.0 / static_cast<double>(RunSpread::kParts);
-    return (1.0 - (ticks - tick)) * element.period;
+    return (1.0 - (ticks - tick)) * element.period + in_time_;
   });
   nothing_new *= 1.0 - of_this_tick;
   const bool at_each_tick = timing.period <= element.period * (1.0 + plan::kTolerance);
