@@ -71,6 +71,7 @@ Face cut_out(const cv::Mat& frame, const cv::Rect& found, const cv::Mat& alpha) 
 }
 
 Result<std::vector<Face>> find_faces(const FootageFiles& files) {
+  cv::setNumThreads(1);  // as nodes have it; with a pool, whose locks it does not see, the thread sanitizer finds races
   cv::CascadeClassifier cascade;
   if (!std::filesystem::exists(files.cascade()) || !cascade.load(files.cascade())) {
     return missing(files.cascade(), "opencv-data");
