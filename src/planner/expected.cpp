@@ -18,6 +18,9 @@ namespace {
 // Steps at effort 1.
 constexpr double kGuesses = 200'000;
 constexpr std::chrono::duration<double> kWork{5.0};
+// What is found is tried for so long at last. Two periods that hardly differ slide for a minute and more through what
+// they do to each other, and a trial of some seconds sees but the beginning.
+constexpr Nanos kSlides = std::chrono::minutes{2};
 
 // As many steps as in one go, with word of them on the way.
 void look_for_priorities(ScheduleSearch& search, const graph::App& app, const ExpectedRequest& request) {
@@ -39,11 +42,12 @@ void look_for_priorities(ScheduleSearch& search, const graph::App& app, const Ex
     search.improve(std::min(kWord, all - done));
     tell();
   }
+  search.confirm(kSlides);
 }
 
 plan::Plan with_expectation(ScheduleSearch& search, const graph::App& app, plan::Plan plan,
                             const trial::Schedule& schedule) {
-  plan.expected = expectation_of(app, plan, schedule, search.expected(schedule));
+  plan.expected = expectation_of(app, plan, schedule, search.expected(schedule, kSlides));
   return plan;
 }
 

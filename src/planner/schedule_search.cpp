@@ -46,6 +46,8 @@ constexpr Nanos kLongestHorizon = std::chrono::seconds{40};
 // longer.
 constexpr int kGlance = 6;
 constexpr double kHopeless = 1.02;
+// A longer trial that finds a schedule worse by no more than this confirms what those before found.
+constexpr double kConfirmed = 1.02;
 // Whose trial shows a core that is used too much has periods longer by as much and by this part more, at first; so many
 // times at most. That is room for costs that vary, so that not each change of theirs is one of the plan, and for what
 // is changed in a candidate. A plan that a caller knows needs none.
@@ -339,9 +341,9 @@ void ScheduleSearch::set_horizon(const Schedule& schedule) {
   horizon_ = std::clamp(to_nanos(Millis{kTermsATrial * slowest}), kShortestHorizon, kLongestHorizon);
 }
 
-trial::Figures ScheduleSearch::try_out(const Schedule& schedule, trial::Options options) {
+trial::Figures ScheduleSearch::try_out(const Schedule& schedule, trial::Options options, Nanos at_least) {
   if (horizon_ == Nanos{0}) set_horizon(schedule);
-  options.horizon = horizon_;
+  options.horizon = std::max(horizon_, at_least);
   options.p95 = true;
   return run_trial(schedule, options);
 }
@@ -508,6 +510,23 @@ void ScheduleSearch::replace_by_new(Candidate& candidate) {
 
 // --- What was found ---
 
+// The candidate that is found worse keeps the score that it is found to have, so the loop ends at the latest when all
+// were tried. How full cores are is not asked again: the usual trials have seen to that, with room for luck.
+void ScheduleSearch::confirm(Nanos horizon) {
+  while (has_untried()) step();
+  for (;;) {
+    Candidate& best = candidates_.front();
+    const Expected longer = expected(best.schedule, horizon);
+    CoreUse used = scoring_.use(best.schedule, longer.figures);
+    used.overload = 0.0;
+    const double found = scoring_.unbounded(best.schedule, longer.figures, used);
+    if (found <= best.unbounded * kConfirmed) return;
+    best.unbounded = found;
+    best.score = bounded(best, found);
+    std::stable_sort(candidates_.begin(), candidates_.end(), better);
+  }
+}
+
 std::vector<Found> ScheduleSearch::best() const {
   std::vector<Found> found;
   for (const Candidate& candidate : candidates_) {
@@ -525,9 +544,9 @@ Found ScheduleSearch::tried(const Schedule& schedule, std::optional<double> rela
   return {candidate.schedule, candidate.unbounded, true, relax};
 }
 
-Expected ScheduleSearch::expected(const Schedule& schedule) {
-  trial::Figures figures = try_out(schedule, {.first_draw = kLastDraw, .since = kLastTime});
-  return {std::move(figures), horizon_};
+Expected ScheduleSearch::expected(const Schedule& schedule, Nanos at_least) {
+  trial::Figures figures = try_out(schedule, {.first_draw = kLastDraw, .since = kLastTime}, at_least);
+  return {std::move(figures), std::max(horizon_, at_least)};
 }
 
 }  // namespace ctn::planner

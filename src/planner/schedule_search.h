@@ -11,6 +11,7 @@
 //               found; or by one step at random, which finds what no formula knows (order, phase). A change that a
 //               trial confirms replaces its parent; a candidate that does not get better any more gives way to a new
 //               beginning. Both ways get the same share of the work.
+//   confirm()   The best is tried for longer, where there is time; if it is worse there, the next takes its place.
 //   best()      What was found. expected() tries one once more.
 // Schedules with frames can be put beside those that it finds; it tries them and leaves them as they are.
 //
@@ -105,13 +106,18 @@ class ScheduleSearch {
   std::size_t steps_in_vain() const { return steps_in_vain_; }
   // Whether some candidate is but a guess.
   bool has_untried() const;
+  // Makes all candidates tried, and the first of them one that a trial of this horizon (or the usual one, if that is
+  // longer) finds as good as those before did: what slides so slowly that these saw but the beginning shows there.
+  // Precondition: there is a candidate.
+  void confirm(Nanos horizon);
 
   // All candidates, the best first; that order is with bounds as formulas guess them.
   std::vector<Found> best() const;
   // The schedule as it would be found now, with longer periods where it would overload a core, if that helps; it does
   // not become a candidate.
   Found tried(const trial::Schedule& schedule, std::optional<double> relax);
-  Expected expected(const trial::Schedule& schedule);
+  // By a trial that is at least so long.
+  Expected expected(const trial::Schedule& schedule, Nanos at_least = Nanos{0});
 
   const trial::Samples& samples() const { return costs_->samples; }
   const model::CostTable& planned() const { return costs_->planned; }
@@ -165,7 +171,7 @@ class ScheduleSearch {
 
   double bounded(const Candidate& candidate, double score);
   trial::Figures run_trial(const trial::Schedule& schedule, trial::Options options);
-  trial::Figures try_out(const trial::Schedule& schedule, trial::Options options);
+  trial::Figures try_out(const trial::Schedule& schedule, trial::Options options, Nanos at_least = Nanos{0});
   double glance(const Candidate& candidate);
   bool is_hopeless(const Candidate& candidate) const;
   // How full the fullest core is (CoreUse::fullest).
