@@ -178,8 +178,8 @@ class Deciding {
   bool take_costs() {
     const bool known = !with_.runs.empty() && is_routine(situation_.why);
     const bool same_steps = with_.step_factor == situation_.step_factor;
-    if (known && same_steps && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed() &&
-        !batches_changed()) {
+    if (known && same_steps && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !idle_runs_changed() &&
+        !threads_changed() && !batches_changed()) {
       return false;
     }
     with_.runs = *situation_.runs;
@@ -198,6 +198,20 @@ class Deciding {
     for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
       const NodeId node(index);
       if (with_.costs.runs_per_output(node) != situation_.costs.runs_per_output(node)) return true;
+    }
+    return false;
+  }
+
+  // Which part of the runs that find nothing new are idle is told as outputs are; what these cost, if by more than what
+  // other runs may differ by when nothing has changed.
+  bool idle_runs_changed() const {
+    for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
+      const NodeId node(index);
+      const model::IdleRuns before = with_.costs.idle(node);
+      const model::IdleRuns after = situation_.costs.idle(node);
+      if (before.part != after.part) return true;
+      const Millis noise = kMeanChanged * situation_.costs[node].single_thread();
+      if (std::chrono::abs(after.cost - before.cost) > noise) return true;
     }
     return false;
   }

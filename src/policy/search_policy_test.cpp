@@ -254,6 +254,28 @@ TEST(SearchPolicy, OutputsOfOnlySomeRunsArePlannedWithAndTold) {
   EXPECT_FALSE(asked.decide(PlanReason::kPeriodic) && !asked.goes_on()) << "nothing has changed since";
 }
 
+TEST(SearchPolicy, IdleRunsArePlannedWithOnceTheyAreKnown) {
+  Asked asked(parse(R"(
+catan: 1
+app: polling
+nodes: { camera: { external: true, period: 50ms }, grab: {}, track: {} }
+edges: [ camera -> grab -> track ]
+objective: [ { response_time: [camera, grab, track], weight: 1 }, { response_time: [track], weight: 1 } ]
+scheduler: { slack: 6%, schedule: priorities }
+)"),
+              1);
+  asked.cost(NodeId(1), Millis{2});
+  asked.cost(NodeId(2), Millis{2});
+  asked.settle();
+  ASSERT_FALSE(asked.goes_on());
+  asked.costs.set_idle(NodeId(1), {1.0, Millis{0.1}});
+  ASSERT_TRUE(asked.decide(PlanReason::kPeriodic));
+  EXPECT_TRUE(asked.goes_on());
+  asked.settle();
+  asked.costs.set_idle(NodeId(1), {1.0, Millis{0.2}});
+  EXPECT_FALSE(asked.decide(PlanReason::kPeriodic)) << "no more than noise, beside what its other runs cost";
+}
+
 TEST(SearchPolicy, WhatItemsAddIsPlannedWithOnceItIsKnown) {
   Asked asked(parse(R"(
 catan: 1

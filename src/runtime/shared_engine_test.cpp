@@ -125,7 +125,7 @@ TEST_F(SharedTest, MovesFromCoreToCoreLoseNoRun) {
   expect_nothing_lost(path);
   std::remove(path.c_str());
   EXPECT_GT(snapshot.plans, 4U);
-  EXPECT_TRUE(snapshot.notices.empty());
+  EXPECT_EQ(snapshot.notices, std::vector<std::string>());
   EXPECT_GT(rate(snapshot, "scan"), 100.0);
   EXPECT_GT(rate(snapshot, "map"), 10.0);
   EXPECT_LT(snapshot.chains[0].response_ms.max, 200.0) << "no trigger was deferred for long";

@@ -125,6 +125,41 @@ std::vector<Figure> figures_of(const Happened& happened, const Surroundings& sur
   return figures;
 }
 
+std::vector<nanoseconds> costs_of_tracking(const Happened& happened) {
+  std::vector<nanoseconds> costs;
+  for (const Tracked& tracked : happened.tracked) {
+    if (tracked.at >= counted_from(happened.end)) costs.push_back(tracked.cost);
+  }
+  return costs;
+}
+
+double camera_floor_ms(const Clock& exposures, const std::vector<nanoseconds>& costs, const AfterTracking& after,
+                       const Clock& display) {
+  constexpr std::size_t kExposures = 3000;
+  double sum = 0.0;
+  int responses = 0;
+  nanoseconds free = exposures.first;  // when tracking is done with the picture before
+  std::optional<nanoseconds> shown;    // the tick that shows the newest picture that is shown, and its exposure
+  nanoseconds shown_exposure{};
+  for (std::size_t picture = 0; picture < kExposures; ++picture) {
+    const nanoseconds exposure = exposures.first + static_cast<nanoseconds::rep>(picture) * exposures.period;
+    free = std::max(free, exposure) + costs[picture % costs.size()];
+    const nanoseconds sample = after.samples.next(free - after.to_int);
+    const nanoseconds tick = display.next(sample + after.to_int + after.int_to_tick);
+    if (shown && tick == *shown) {
+      shown_exposure = exposure;  // the newer one
+      continue;
+    }
+    if (shown) {
+      sum += in_ms(tick - shown_exposure);
+      ++responses;
+    }
+    shown = tick;
+    shown_exposure = exposure;
+  }
+  return responses == 0 ? 0.0 : sum / responses;
+}
+
 double floor_ms(const Clock& samples, const Clock& display, nanoseconds cost) {
   constexpr int kTicks = 3000;
   double sum = 0.0;

@@ -12,7 +12,8 @@
 //
 // The floor of a chain: what its mean response time would be if a run of each node began when its input is there and
 // ended just in time for a tick, with nothing else on the cores: the time between two samples that reach the display,
-// and from the newer of them to the tick.
+// and from the newer of them to the tick. Of the camera's chain, where tracking takes so much more for one picture than
+// for another that a mean says little: with what it took for each picture, one after the other.
 //
 // Counted is what happens after the first seconds (counted_from()). Units: as named. Thread safety: pure functions.
 #pragma once
@@ -44,5 +45,19 @@ std::vector<program::Figure> figures_of(const Happened& happened, const Surround
 
 // In ms: mean over the ticks of some seconds. `cost`: from a sample to the picture's end, all of it computing.
 double floor_ms(const Clock& samples, const Clock& display, std::chrono::nanoseconds cost);
+
+// The way from a new state of VIO's to the display: Int's next run takes it, which begins when there is a sample.
+struct AfterTracking {
+  Clock samples;
+  std::chrono::nanoseconds to_int{};       // cost from a sample to Int's begin
+  std::chrono::nanoseconds int_to_tick{};  // and from there to the picture's end
+};
+// The same of exposures, over some thousand of them. `costs`: of the pictures in turn, from the exposure to the state;
+// from the first again after the last. Precondition: there are some.
+double camera_floor_ms(const Clock& exposures, const std::vector<std::chrono::nanoseconds>& costs,
+                       const AfterTracking& after, const Clock& display);
+
+// What tracking took for each picture that counts.
+std::vector<std::chrono::nanoseconds> costs_of_tracking(const Happened& happened);
 
 }  // namespace ctn::vr::run

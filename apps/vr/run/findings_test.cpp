@@ -25,6 +25,23 @@ TEST(Floor, DoesNotCountTicksWithNothingNew) { EXPECT_NEAR(floor_ms({0ms, 5ms}, 
 // A camera at 20 Hz and a display at 100 Hz: a picture that is 25 ms old and the next one, 50 ms later.
 TEST(Floor, IsThatOfASlowCameraToo) { EXPECT_NEAR(floor_ms({5ms, 50ms}, {0ms, 10ms}, 22ms), 75.0, 1e-9); }
 
+// The same: exposures at 5, 55, ... ms, and the one before is 75 ms old when a picture is shown. Int has to wait for a
+// sample, and a picture for the one before.
+TEST(Floor, OfACameraIsThatOfTheCostsOfItsPictures) {
+  const Clock exposures{5ms, 50ms};
+  const Clock display{0ms, 10ms};
+  const Clock each_ms{0ms, 1ms};
+  EXPECT_NEAR(camera_floor_ms(exposures, {20ms}, {each_ms, 1ms, 1ms}, display), 75.0, 1e-9);
+  EXPECT_NEAR(camera_floor_ms(exposures, {20ms}, {{4ms, 10ms}, 0ms, 1ms}, display), 85.0, 1e-9)
+      << "25 is after the sample at 24";
+  EXPECT_NEAR(camera_floor_ms(exposures, {20ms}, {{4ms, 10ms}, 1ms, 1ms}, display), 75.0, 1e-9)
+      << "before Int begins with it";
+  EXPECT_NEAR(camera_floor_ms(exposures, {20ms, 30ms}, {each_ms, 1ms, 1ms}, display), 80.0, 0.01)
+      << "75 and 85 in turn";
+  EXPECT_NEAR(camera_floor_ms(exposures, {70ms, 20ms}, {each_ms, 1ms, 1ms}, display), 110.0, 0.01)
+      << "shown at 80 and 100, and so on: the second waits for the first";
+}
+
 class Findings : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -103,8 +120,11 @@ TEST_F(Findings, TrackingIsComparedWithTheTruth) {
   Happened happened{{}, {}, 8s};
   for (int i = 0; i < 40; ++i) {
     const nanoseconds exposed = 4s + i * 50ms;
-    happened.tracked.push_back({exposed + 30ms, exposed, *surroundings_->truth(exposed)});
+    happened.tracked.push_back({exposed + 30ms, exposed, *surroundings_->truth(exposed), 20ms});
   }
+  happened.tracked.front().at = 3s;
+  EXPECT_EQ(costs_of_tracking(happened), std::vector<nanoseconds>(39, 20ms)) << "but the first, which does not count";
+  happened.tracked.front().at = 4030ms;
   EXPECT_NEAR(*figure(happened, "vio_ate_m"), 0.0, 1e-9);
   EXPECT_EQ(figure(happened, "vio_age_ms_mean"), 30.0);
   EXPECT_NEAR(*figure(happened, "vio_hz"), 20.0, 1e-9);

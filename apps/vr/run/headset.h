@@ -22,6 +22,7 @@ struct Tracked {
   std::chrono::nanoseconds at{};        // when VIO said so
   std::chrono::nanoseconds exposure{};  // of when
   Pose pose;                            // world from body
+  std::chrono::nanoseconds cost{};      // CPU time that Camera and VIO took for it
 };
 
 class Headset {

@@ -62,7 +62,8 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
   if (const auto failure = nodes.failure()) return *failure;
   const Happened happened = headset.happened();
   outcome.figures = figures_of(happened, **surroundings, options.translational);
-  add_responses(outcome, {samples, clocks.display, options.camera_hz ? std::optional(ready) : std::nullopt});
+  add_responses(outcome, {samples, clocks.display, options.camera_hz ? std::optional(ready) : std::nullopt},
+                costs_of_tracking(happened));
   outcome.display_thread = headset.use();
   outcome.took_seconds = in_seconds(headset.now());
   if (!options.pictures.empty()) {

@@ -22,8 +22,10 @@ constexpr double kLately = 0.1;     // weight of the newest in what was lately s
 // Of a state from which tracking starts: that of a headset that has lain still.
 constexpr Uncertainty kAtRest{.tilt = 0.002, .velocity = 0.01, .gyro_bias = 0.002, .accelerometer_bias = 0.02};
 
-void charge(Run& run, TrackingNode node, const Work& work, double slowdown) {
-  run.charge(kLittle + nanoseconds(std::llround(1e9 * slowdown * cost(node, work))));
+nanoseconds charge(Run& run, TrackingNode node, const Work& work, double slowdown) {
+  const nanoseconds charged = kLittle + nanoseconds(std::llround(1e9 * slowdown * cost(node, work)));
+  run.charge(charged);
+  return charged;
 }
 
 // So much of the way from what was to what is.
@@ -118,6 +120,7 @@ void Nodes::add_tracking(Host& host, std::vector<Functions>& functions) {
   auto& filtered = host.template channel<Filtered>("VIO", "Int");
 
   const auto grab = [this, &grabbed](Run& run) {
+    const nanoseconds begin = program::thread_cpu_time();
     const auto exposure = headset_.exposure();
     if (!exposure || exposure->picture.empty() || exposure->at == grabbed_) {
       if (!exposure) fail(exposure.error());
@@ -131,10 +134,12 @@ void Nodes::add_tracking(Host& host, std::vector<Functions>& functions) {
       return run.skip_output();
     }
     grabbed_ = exposure->at;
-    charge(run, TrackingNode::kCamera, frame->work, slowdown_of("Camera"));
-    grabbed.write(run, std::make_shared<const Grabbed>(Grabbed{exposure->at, std::move(frame).value()}));
+    const nanoseconds charged = charge(run, TrackingNode::kCamera, frame->work, slowdown_of("Camera"));
+    const nanoseconds cost = cost_of_run("Camera", begin, charged);
+    grabbed.write(run, std::make_shared<const Grabbed>(Grabbed{exposure->at, std::move(frame).value(), cost}));
   };
   const auto filter = [this, &samples, &grabbed, &filtered](Run& run) {
+    const nanoseconds begin = program::thread_cpu_time();
     const std::size_t* count = samples.read(run);
     const std::shared_ptr<const Grabbed>* newest = grabbed.read(run);
     if (count != nullptr) {
@@ -146,10 +151,11 @@ void Nodes::add_tracking(Host& host, std::vector<Functions>& functions) {
     }
     tracked_exposure_ = (*newest)->exposure;
     const Vio::Result result = vio_.run((*newest)->frame);
-    charge(run, TrackingNode::kVio, result.work, slowdown_of("VIO"));
+    const nanoseconds charged = charge(run, TrackingNode::kVio, result.work, slowdown_of("VIO"));
     if (!result.state) return run.skip_output();
     filtered.write(run, Filtered{*result.state, (*newest)->exposure});
-    tracked_ = Tracked{{}, (*newest)->exposure, result.state->pose};
+    const nanoseconds cost = (*newest)->cost + cost_of_run("VIO", begin, charged);
+    tracked_ = Tracked{{}, (*newest)->exposure, result.state->pose, cost};
   };
   functions.push_back({"Camera", grab, {}});
   functions.push_back({"VIO", filter, [this](Run&) {
@@ -276,6 +282,12 @@ std::vector<Nodes::Functions> Nodes::functions(Host& host) {
 }
 
 double Nodes::slowdown_of(const char* node) const { return is_tracking(node) ? options_.tracking_slowdown : 1.0; }
+
+nanoseconds Nodes::cost_of_run(const char* node, nanoseconds begin, nanoseconds charged) const {
+  if (!drawing_) return nanoseconds(std::llround(options_.slowdown * static_cast<double>(charged.count())));
+  const auto used = static_cast<double>((program::thread_cpu_time() - begin).count());
+  return nanoseconds(std::llround(options_.slowdown * slowdown_of(node) * used));
+}
 
 void Nodes::attach(Session& session) {
   for (Functions& functions : this->functions(session)) {

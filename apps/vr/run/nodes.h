@@ -79,6 +79,7 @@ class Nodes {
   struct Grabbed {
     std::chrono::nanoseconds exposure{};
     CameraFrame frame;
+    std::chrono::nanoseconds cost{};  // of the run
   };
   using Body = std::function<void(Run&)>;
   struct Functions {
@@ -115,6 +116,10 @@ class Nodes {
   std::shared_ptr<drawing::Frame> free_frame();
   Pose eye_at(const Moving& moving, std::chrono::nanoseconds at) const;
   double slowdown_of(const char* node) const;
+  // CPU time that a run takes which is about to end, with what the options' slowdowns add. `begin`: the thread's CPU
+  // time at its begin; `charged`: what it takes in virtual time.
+  std::chrono::nanoseconds cost_of_run(const char* node, std::chrono::nanoseconds begin,
+                                       std::chrono::nanoseconds charged) const;
   void fail(const Error& error);
 
   Headset& headset_;

@@ -49,6 +49,18 @@ nanoseconds cost_of(const Snapshot& snapshot, const std::vector<std::string>& pa
   return nanoseconds(std::llround(1e6 * ms));
 }
 
+// Of the chain that begins with that node. None: its clock is not known, or nothing was tracked.
+std::optional<double> floor_of(const Outcome& outcome, const Named& named, const Clocks& clocks,
+                               const std::vector<nanoseconds>& tracking) {
+  if (named.path.front() == "IMU") {
+    return floor_ms(clocks.samples, clocks.display, cost_of(outcome.snapshot, named.path));
+  }
+  if (!clocks.exposures || tracking.empty()) return std::nullopt;
+  const AfterTracking after{clocks.samples, cost_of(outcome.snapshot, {"IMU"}),
+                            cost_of(outcome.snapshot, {"Int", "Timewarp"})};
+  return camera_floor_ms(*clocks.exposures, tracking, after, clocks.display);
+}
+
 Json json_of(const Options& options) {
   Json json = {{"scheduler", options.scheduler},
                {"stealing", options.stealing},
@@ -70,19 +82,18 @@ Json json_of(const Options& options) {
 
 }  // namespace
 
-void add_responses(Outcome& outcome, const Clocks& clocks) {
+void add_responses(Outcome& outcome, const Clocks& clocks, const std::vector<nanoseconds>& tracking) {
   for (const Named& named : named_chains()) {
     const ChainSnapshot* chain = find_chain(outcome.snapshot, named.path);
     const bool any = chain != nullptr && chain->response_ms.count > 0;
     const std::string name = std::string("response_ms ") + named.name;
     outcome.figures.push_back({name + "_mean", any ? std::optional(chain->response_ms.mean) : std::nullopt});
     outcome.figures.push_back({name + "_p95", any ? std::optional(chain->response_ms.p95) : std::nullopt});
-    const std::optional<Clock> source = named.path.front() == "IMU" ? clocks.samples : clocks.exposures;
-    if (!source) continue;
-    const double floor = floor_ms(*source, clocks.display, cost_of(outcome.snapshot, named.path));
+    const std::optional<double> floor = floor_of(outcome, named, clocks, tracking);
+    if (!floor) continue;
     outcome.figures.push_back({std::string("floor_ms ") + named.name, floor});
     std::optional<double> over;
-    if (any && floor > 0.0) over = 100.0 * (chain->response_ms.mean / floor - 1.0);
+    if (any && *floor > 0.0) over = 100.0 * (chain->response_ms.mean / *floor - 1.0);
     outcome.figures.push_back({std::string("over_floor_percent ") + named.name, over});
   }
 }

@@ -3,6 +3,7 @@
 // Thread safety: values, pure functions.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,7 +31,8 @@ struct Clocks {
   Clock display;
   std::optional<Clock> exposures{};  // of a camera with a rate of its own
 };
-void add_responses(Outcome& outcome, const Clocks& clocks);
+// `tracking`: what it took for the pictures (costs_of_tracking()); without any the camera's chain has no floor.
+void add_responses(Outcome& outcome, const Clocks& clocks, const std::vector<std::chrono::nanoseconds>& tracking);
 
 // JSON of the options that a run's outcome depends on.
 std::string identity_of(const Options& options);

@@ -128,7 +128,7 @@ Result<Outcome> run_virtually(const Options& options, const Watch& watch) {
   outcome.figures = figures_of(happened, **surroundings, options.translational);
   Clocks sources{since(clocks.samples, begin), since(clocks.display, begin)};
   if (options.camera_hz) sources.exposures = since(clocks.exposures, begin);
-  add_responses(outcome, sources);
+  add_responses(outcome, sources, costs_of_tracking(happened));
   if (!options.pictures.empty()) {
     if (Status drawn_all = draw_album(options, **surroundings, happened.photons); !drawn_all) return drawn_all.error();
   }
