@@ -65,52 +65,62 @@ void LocalCallback::stop() {
 void LocalCallback::run() {
   const std::unique_ptr<Runs> runs = attach_(inbox_.stopped());
   if (!runs) return;
-  {
-    const std::lock_guard lock(mutex_);
-    bound_ = true;
-  }
+  bind();
   NotingRuns schedule(*runs, *this);
   OneAtATime turn(calling_);
   BoundCallback(callback_options(binding()), inbox_, turn).run(schedule);
 }
 
-std::vector<LocalCallback::Expected>::iterator LocalCallback::find(const void* message) {
-  return std::find_if(expected_.begin(), expected_.end(), [&](const Expected& one) { return one.message == message; });
+void LocalCallback::bind() {
+  const std::lock_guard lock(mutex_);
+  bound_ = true;
+  for (Sent& sent : sent_) {
+    if (const Message kept = std::exchange(sent.kept, nullptr)) put(kept);
+  }
+}
+
+std::vector<LocalCallback::Sent>::iterator LocalCallback::find(const void* address) {
+  return std::find_if(sent_.begin(), sent_.end(), [&](const Sent& sent) { return sent.address == address; });
 }
 
 void LocalCallback::expect(const void* message) {
   const std::lock_guard lock(mutex_);
-  if (bound_) expected_.push_back({message, false, false});
+  sent_.push_back({message, nullptr});
 }
 
 // Of what was not expected, the framework's thread takes care.
 void LocalCallback::deliver(const Message& message) {
-  {
-    const std::lock_guard lock(mutex_);
-    const auto expected = find(message.get());
-    if (expected == expected_.end()) return;
-    expected->delivered = true;
-    if (expected->arrived) expected_.erase(expected);
+  const std::lock_guard lock(mutex_);
+  const auto sent = find(message.get());
+  if (sent == sent_.end()) return;
+  const bool called = sent->called;
+  sent->delivered = true;
+  if (!bound_ && !called) sent->kept = message;
+  if (sent->arrived) sent_.erase(sent);
+  if (bound_ && !called) put(message);
+}
+
+bool LocalCallback::arrive_at_node(const Message& message) {
+  const std::lock_guard lock(mutex_);
+  const auto sent = find(message.get());
+  if (sent == sent_.end()) {
+    if (bound_) put(message);
+    return bound_;
   }
-  binding().takes_all ? inbox_.put(entry_of(message)) : inbox_.put_alone(entry_of(message));
+  sent->arrived = true;
+  sent->called = !bound_;
+  if (sent->delivered) sent_.erase(sent);
+  return bound_;
 }
 
 void LocalCallback::arrived(const Message& message) {
-  {
-    const std::lock_guard lock(mutex_);
-    const auto expected = find(message.get());
-    if (expected != expected_.end()) {
-      expected->arrived = true;
-      if (expected->delivered) expected_.erase(expected);
-      return;
-    }
-    if (bound_) {
-      binding().takes_all ? inbox_.put(entry_of(message)) : inbox_.put_alone(entry_of(message));
-      return;
-    }
-  }
+  if (arrive_at_node(message)) return;
   const std::lock_guard lock(calling_);
   if (!inbox_.stopped().load()) call_(message);
+}
+
+void LocalCallback::put(const Message& message) {
+  binding().takes_all ? inbox_.put(entry_of(message)) : inbox_.put_alone(entry_of(message));
 }
 
 Inbox::Entry LocalCallback::entry_of(const Message& message) {

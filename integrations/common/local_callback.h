@@ -6,7 +6,8 @@
 //
 // A run that finds no message is empty, and gives no output.
 //
-// As long as the node is not registered (no server is there, or it refuses), the framework's thread calls.
+// As long as the node is not registered (no server is there, or it refuses), the framework's thread calls. What is on
+// its way to that thread when the node is registered is for the node's runs, and comes before what is published then.
 //
 // Thread safety: start() and stop() from one thread; the rest from any.
 #pragma once
@@ -49,15 +50,22 @@ class LocalCallback final : public LocalNode, public CallbackHook {
  private:
   class OneAtATime;
   class NotingRuns;
-  struct Expected {
-    const void* message;
-    bool delivered;
-    bool arrived;
+  // A message that was not yet seen both ways.
+  struct Sent {
+    const void* address;
+    Message kept;            // for when the node is registered, if that is before the framework's thread brings it
+    bool delivered = false;  // by the thread that publishes
+    bool arrived = false;    // by the framework's
+    bool called = false;     // by the framework's, as the node was not registered
   };
 
   void run();
+  void bind();
+  // By the framework's thread. Whether the message is for the node's runs; else that thread is to call.
+  bool arrive_at_node(const Message& message);
+  void put(const Message& message);
   Inbox::Entry entry_of(const Message& message);
-  std::vector<Expected>::iterator find(const void* message);
+  std::vector<Sent>::iterator find(const void* address);
 
   const Attach attach_;
   const Call call_;
@@ -65,7 +73,7 @@ class LocalCallback final : public LocalNode, public CallbackHook {
   PriorityMutex calling_;  // held while the program's code runs
   PriorityMutex mutex_;
   bool bound_ = false;
-  std::vector<Expected> expected_;
+  std::vector<Sent> sent_;  // in the order in which they were published
   std::thread thread_;
 };
 

@@ -104,6 +104,41 @@ TEST_F(LocalCallbackTest, WithoutAServerTheFrameworksThreadCalls) {
   EXPECT_THAT(called, ElementsAre(1)) << "not after it was stopped";
 }
 
+// Guards: the framework's thread brought it late, and it took the place of a newer one.
+TEST_F(LocalCallbackTest, WhatIsOnItsWayWhenTheNodeIsRegisteredComesFirst) {
+  for (const bool takes_all : {false, true}) {
+    Play of_node;
+    std::vector<int> taken;
+    std::promise<void> registered;
+    LocalCallback callback(
+        callback_binding(takes_all), *runs,
+        [&](const std::atomic<bool>&) {
+          registered.get_future().wait();
+          return std::make_unique<PlayedRuns>(of_node);
+        },
+        [&](const LocalCallback::Message& one) { taken.push_back(*static_cast<const int*>(one.get())); });
+    callback.start();
+    const auto early = message(1);
+    callback.expect(early.get());
+    callback.deliver(early);
+    const auto brought = message(2);
+    callback.expect(brought.get());
+    callback.arrived(brought);  // by the framework's thread, which is not late with this one
+    EXPECT_THAT(taken, ElementsAre(2));
+    registered.set_value();
+    of_node.trigger();
+    of_node.wait_for_ends(1);
+    callback.deliver(brought);
+    publish(callback, 3);
+    callback.arrived(early);
+    of_node.trigger();
+    of_node.wait_for_ends(2);
+    of_node.finish();
+    callback.stop();
+    EXPECT_THAT(taken, ElementsAre(2, 1, 3)) << "takes all: " << takes_all;
+  }
+}
+
 TEST_F(LocalCallbackTest, ARunThatIsUnderWayReturnsBeforeStop) {
   std::promise<void> begun;
   bool returned = false;
