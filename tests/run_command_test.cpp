@@ -134,6 +134,14 @@ TEST(RunCommand, WhatItsCommandStartedEndsWithIt) {
   std::filesystem::remove(numbers);
 }
 
+TEST(RunCommand, WhatProgramsPrintIsNoPartOfTheDocument) {
+  const std::string command = " -- sh -c 'echo printed; exec \"" + std::string(CATAN_COMMAND) +
+                              "\" node synthetic.yaml camera detect map --synthetic synthetic.costs.yaml'";
+  const Outcome outcome = run("synthetic.yaml --scheduler default --seconds 0.5 --json" + command);
+  EXPECT_TRUE(json::accept(outcome.out)) << outcome.out;
+  EXPECT_THAT(outcome.err, HasSubstr("printed"));
+}
+
 TEST(RunCommand, MistakesExitWith2) {
   for (const std::string arguments : {"", "nowhere.yaml", "synthetic.yaml", "synthetic.yaml --synthetic nowhere.yaml",
                                       "synthetic.yaml --synthetic minimal.costs.yaml",

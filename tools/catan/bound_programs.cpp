@@ -165,6 +165,7 @@ int run_bound_programs(const config::AppFile& file, const BoundProgramsOptions& 
   serving.commands = {options.command};
   serving.environment = std::move(*environment);
   serving.seconds = options.seconds;
+  serving.prints_data = options.json;
   Missing missing(file.app.graph, programs);
   const auto served = serve_programs(file, options.scheduling, options.watched, record_path, std::move(serving),
                                      fmt::format("{}", fmt::join(options.command, " ")),

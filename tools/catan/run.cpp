@@ -124,6 +124,7 @@ Result<Served> run_programs(const config::AppFile& file, const RunOptions& optio
                             const std::string& folder) {
   ServingOptions serving;
   serving.socket = folder + "/socket";
+  serving.prints_data = options.json;
   if (options.processes) {
     serving.commands = node_programs(file.app, options);
     serving.seconds = options.seconds_to_measure();

@@ -144,8 +144,9 @@ Status Serving::start_commands() {
   const std::string socket = std::filesystem::absolute(server_.socket()).string();
   std::vector<std::string> environment = options_.environment;
   environment.push_back(fmt::format("{}={}", runtime::kSocketVariable, socket));
+  const auto output = options_.prints_data ? os::ChildProcess::Output::kErrors : os::ChildProcess::Output::kOurs;
   for (const std::vector<std::string>& arguments : options_.commands) {
-    Result<os::ChildProcess> command = os::ChildProcess::start(arguments, environment);
+    Result<os::ChildProcess> command = os::ChildProcess::start(arguments, environment, output);
     if (!command) return command.error();
     commands_.push_back(std::move(*command));
     if (Status watched = watch_command(commands_.back()); !watched) return watched;

@@ -19,6 +19,7 @@ struct ServingOptions {
   std::vector<std::string> users;                  // that may register in addition, by number
   std::vector<std::vector<std::string>> commands;  // started with CATAN_SOCKET set; serving ends when all have ended
   std::vector<std::string> environment;            // of the commands, in addition: NAME=value
+  bool prints_data = false;                        // on standard output, so commands print to standard error
   std::optional<WatchedApp> watched;               // a process looks on, and saves the last seconds when that matters
   // Another process beside it, told where the server listens, and ended with it; should it end sooner, serving goes on.
   std::function<std::vector<std::string>(const std::string& socket)> companion;

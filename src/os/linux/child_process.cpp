@@ -65,6 +65,22 @@ class PlainSignals {
   posix_spawnattr_t attributes_{};
 };
 
+// What is done with descriptors before the program begins.
+class Redirections {
+ public:
+  Redirections() { ::posix_spawn_file_actions_init(&actions_); }
+  ~Redirections() { ::posix_spawn_file_actions_destroy(&actions_); }
+  Redirections(const Redirections&) = delete;
+  Redirections& operator=(const Redirections&) = delete;
+
+  // errno's number where it cannot be noted.
+  int copy(int from, int to) { return ::posix_spawn_file_actions_adddup2(&actions_, from, to); }
+  const posix_spawn_file_actions_t* get() const { return &actions_; }
+
+ private:
+  posix_spawn_file_actions_t actions_{};
+};
+
 Error cannot_start(const std::string& program, int error) {
   const std::string what = fmt::format("cannot start '{}': {}", program, errno_text(error));
   if (error == ENOENT) return Error::caller(what, "check its name, and that PATH has its folder");
@@ -87,7 +103,7 @@ ChildProcess::~ChildProcess() {
 }
 
 Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& arguments,
-                                         const std::vector<std::string>& environment) {
+                                         const std::vector<std::string>& environment, Output output) {
   if (arguments.empty() || arguments.front().empty()) return Error::caller("there is no program to start", "name one");
   StringArray words;
   for (const std::string& argument : arguments) words.add(argument.c_str());
@@ -98,9 +114,13 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& argumen
   }
   StringArray variables = merged_environment(environment);
   const PlainSignals signals;
+  Redirections redirections;
+  int error = output == Output::kErrors ? redirections.copy(STDERR_FILENO, STDOUT_FILENO) : 0;
   pid_t process = 0;
-  const int error =
-      ::posix_spawnp(&process, arguments.front().c_str(), nullptr, signals.get(), words.get(), variables.get());
+  if (error == 0) {
+    error = ::posix_spawnp(&process, arguments.front().c_str(), redirections.get(), signals.get(), words.get(),
+                           variables.get());
+  }
   if (error != 0) return cannot_start(arguments.front(), error);
   return ChildProcess(ProcessId{process}, watch_process(ProcessId{process}));
 }

@@ -29,11 +29,14 @@ struct Exit {
 
 class ChildProcess {
  public:
+  // Where its standard output goes: where ours does, or where our standard error does, so that ours is for data.
+  enum class Output { kOurs, kErrors };
+
   // Looks the first argument up in PATH. `environment`: "NAME=value" entries in addition to ours, or in place of ours
   // of the same name. kCaller: no argument, a program that is not there or may not be executed, an entry without a
   // name. kEnvironment: the system has no process left.
   static Result<ChildProcess> start(const std::vector<std::string>& arguments,
-                                    const std::vector<std::string>& environment = {});
+                                    const std::vector<std::string>& environment = {}, Output output = Output::kOurs);
   ~ChildProcess();
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;

@@ -9,6 +9,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
+#include <string>
 
 #include "os/linux/poller.h"
 #include "os/linux/signal_watch.h"
@@ -68,6 +70,23 @@ TEST(ChildProcess, HasNoDescriptorOfOurs) {
   const Descriptor ours(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 700));
   ASSERT_TRUE(ours.valid());
   EXPECT_EQ(run("test -e /proc/self/fd/0 && test ! -e /proc/self/fd/" + std::to_string(ours.number())), (Exit{0, 0}));
+}
+
+TEST(ChildProcess, PrintsToStandardErrorWhereOursIsForData) {
+  const std::string path = testing::TempDir() + "catan_child_errors_" + std::to_string(::getpid());
+  const Descriptor kept(::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3));
+  const Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
+  ASSERT_TRUE(kept.valid() && file.valid());
+  ::dup2(file.number(), STDERR_FILENO);
+  auto child = ChildProcess::start({"sh", "-c", "echo printed"}, {}, ChildProcess::Output::kErrors);
+  ::dup2(kept.number(), STDERR_FILENO);
+  ASSERT_TRUE(child.ok());
+  EXPECT_EQ(ended(*child), (Exit{0, 0}));
+  std::ifstream written(path);
+  std::string line;
+  std::getline(written, line);
+  EXPECT_EQ(line, "printed");
+  ::unlink(path.c_str());
 }
 
 TEST(ChildProcess, TakesSignalsWhileItRuns) {
