@@ -31,7 +31,8 @@ struct FaultReport {
   int records_whole = 0;  // readable, closed where the server was, and without a gap that the fault does not explain
   double unwritten_ms = 0.0;          // the most that a killed server's record ended before the kill
   int raised_left = 0;                // threads above the ordinary level after the last server's end
-  std::uint64_t steals = 0;           // in the last record
+  std::uint64_t steals = 0;           // of the subchain `fast`, since the first fault
+  TimePoint begin{};                  // of the first fault
   int files_left = 0;                 // descriptors that servers and programs had more at the end than at the beginning
   double observer_late_ms = 0.0;      // the most that we ourselves woke late, at a real-time level
   std::vector<std::string> failures;  // the first few, for people
@@ -91,7 +92,7 @@ struct Fault {
   bool with_server = true;                   // the server lives through it: rates of others are compared
   bool untrue = false;                       // what is reported meanwhile need not be true, so records may have gaps
   int gaps = 0;                              // runs that an injection breaks off
-  bool steals = false;                       // some subchain steals
+  bool in_frames = false;                    // planned so, and each fault makes `fast` steal, as none does elsewhere
   Nanos timeout = std::chrono::seconds{20};  // for each recovery
   double others_min = 0.5;                   // of the rate that others had before
   Nanos by_design{0};                        // what a recovery takes at least: a run counts as hanging after a second

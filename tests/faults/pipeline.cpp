@@ -33,8 +33,7 @@ objective:
   - { period: map, weight: 0.1 }
   - { period: log, weight: 0.1 }
   - { period: voice, weight: 0.1 }
-scheduler: { bootstrap: 200ms, bootstrap_cost: 2ms }
-)";
+scheduler: { bootstrap: 200ms, bootstrap_cost: 2ms, schedule: )";
 constexpr std::array<int, kNodes.size()> kCostsUs{1000, 1000, 2000, 2000, 2000};
 
 std::size_t count_of(const std::string& folder) {
@@ -47,7 +46,7 @@ std::string files_of(os::ProcessId process) { return fmt::format("/proc/{}/fd", 
 
 }  // namespace
 
-RecordFacts read_record(const std::string& path) {
+RecordFacts read_record(const std::string& path, TimePoint since) {
   RecordFacts facts;
   const Result<record::Reader> reader = record::Reader::open(path);
   if (!reader) return facts;
@@ -58,18 +57,20 @@ RecordFacts read_record(const std::string& path) {
     ++facts.runs;
     facts.ended = std::max(facts.ended, run.end);
   });
-  const Status steals = reader->each_steal([&](const record::Steal&) { ++facts.steals; });
+  const Status steals = reader->each_steal([&](const record::Steal& steal) {
+    facts.steals += steal.thief == SubchainId(0) && steal.begin >= since ? 1 : 0;
+  });
   facts.readable = runs.ok() && steals.ok();
   facts.complete = reader->ending().closed;
   return facts;
 }
 
-Pipeline::Pipeline(std::string command, std::string player)
+Pipeline::Pipeline(std::string command, std::string player, const std::string& schedule)
     : command_(std::move(command)), player_(std::move(player)), os_(os::make_linux_os()) {
   folder_ = (std::filesystem::temp_directory_path() / "catan-faults-XXXXXX").string();
   if (::mkdtemp(folder_.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder");
   socket_ = path("socket");
-  std::ofstream(path("app.yaml")) << kApp;
+  std::ofstream(path("app.yaml")) << kApp << schedule << " }\n";
   state_ = std::make_unique<MappedState>(path("state"), true);
   real_time_ = os_->real_time_facts().permitted;
   // To see what happens as it happens; nodes cannot keep the CPU from us.

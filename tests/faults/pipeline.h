@@ -24,18 +24,19 @@ namespace ctn::faults {
 // What a record holds.
 struct RecordFacts {
   bool readable = false;
-  bool complete = false;   // the server closed it
-  std::uint64_t runs = 0;  // all nodes
-  std::uint64_t steals = 0;
+  bool complete = false;     // the server closed it
+  std::uint64_t runs = 0;    // all nodes
+  std::uint64_t steals = 0;  // of the first subchain, since the time that was asked for
   // By node: numbers that are not there, between its first run and its last.
   std::array<std::uint64_t, kNodes.size()> missing{};
   TimePoint ended{};  // the last run
 };
-RecordFacts read_record(const std::string& path);
+RecordFacts read_record(const std::string& path, TimePoint since);
 
 class Pipeline {
  public:
-  Pipeline(std::string command, std::string player);
+  // `schedule`: as the app file has it.
+  Pipeline(std::string command, std::string player, const std::string& schedule);
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
