@@ -32,6 +32,8 @@ constexpr TimePoint kNever = TimePoint::max();
 
 constexpr Millis to_millis(Nanos duration) { return duration; }
 
+constexpr double in_seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
+
 // Rounds to the nearest nanosecond. Range: |duration| below 292 years; the caller's inputs are bounded far below that.
 inline Nanos to_nanos(Millis duration) { return Nanos{std::llround(duration.count() * 1e6)}; }
 

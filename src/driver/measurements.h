@@ -136,7 +136,7 @@ void Measurements<Samples>::fill(Snapshot& snapshot, TimePoint now, const graph:
     shown.period_ms = chain.period.summary_ms();
     if (const auto& prediction = predicted.chains[index++]) shown.predicted_response_ms = prediction->response_ms;
   }
-  const double measured_s = std::chrono::duration<double>(std::max(now - warm_from_, Nanos{0})).count();
+  const double measured_s = in_seconds(std::max(now - warm_from_, Nanos{0}));
   for (std::size_t i = 0; i < app_.graph.nodes().size(); ++i) {
     const graph::Node& node = app_.graph.nodes()[i];
     if (node.external) continue;

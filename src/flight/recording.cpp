@@ -189,7 +189,7 @@ Status Recording::save(const std::string& path, const std::string& why, const os
   }
   saver.write_kept(started);
   const TimePoint ended = saver.last_or(started);
-  const double seconds = std::chrono::duration<double>(ended - started).count();
+  const double seconds = in_seconds(ended - started);
   (*writer)->add(record::Notice{ended, "flight-recorder",
                                 fmt::format("the last {:.1f} s, as they were kept in memory: {}", seconds, why)});
   return (*writer)->close(ended, host);

@@ -105,7 +105,7 @@ RunDraw Workload::draw(std::uint64_t seed, NodeId node, std::uint64_t number, Na
   const std::optional<Millis> typical = mode < work.typical.size() ? work.typical[mode] : std::nullopt;
 
   Millis cpu = shared * drawn_factor(alone, typical, draws.uniform(RandomDraws::Purpose::kTime));
-  const double grown = 1.0 + work.growth * std::max(0.0, std::chrono::duration<double>(since_start).count());
+  const double grown = 1.0 + work.growth * std::max(0.0, in_seconds(since_start));
   cpu *= grown;
   if (draws.uniform(RandomDraws::Purpose::kSpike) < work.spikes.probability) cpu += work.spikes.extra;
 

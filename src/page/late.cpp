@@ -60,7 +60,7 @@ class Late {
 
   void add(const why::Response& response) {
     const Sums sums = sums_of(response);
-    const double at_s = std::chrono::duration<double>(response.begin - started_).count();
+    const double at_s = in_seconds(response.begin - started_);
     const std::string cause =
         response.cause ? why::in_words(*response.cause, story_.app.graph) : std::string("not late");
     page_.element(fmt::format("<details><summary><strong>{} ms</strong> at {:.3f} s: {}{}</summary>",

@@ -58,7 +58,7 @@ void PredictedMeans::in_force(TimePoint since, const Plan& plan) {
 void PredictedMeans::add_current(Means& means, TimePoint end) const {
   const TimePoint begin = std::max(current_since_, from_);
   if (!current_ || end <= begin) return;
-  const double seconds = std::chrono::duration<double>(end - begin).count();
+  const double seconds = in_seconds(end - begin);
   ++means.plans;
   means.objective.add(current_->objective, seconds);
   means.relax_factor = std::max(means.relax_factor, current_->relax_factor);

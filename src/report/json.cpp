@@ -100,7 +100,7 @@ std::string to_json(const RunFigures& metrics) {
         {"clock_source", header.host.clock_source},
         {"cpu_count", header.host.cpu_count},
         {"stolen_ms", to_millis(metrics.ending.stolen).count()}}},
-      {"warm_up_s", std::chrono::duration<double>(header.warm_up).count()},
+      {"warm_up_s", in_seconds(header.warm_up)},
       {"warm_up_included", metrics.whole},
       {"measured_s", metrics.measured_s},
       {"cores_used", metrics.cores_used},

@@ -16,9 +16,7 @@ namespace {
 
 double ms(Nanos duration) { return to_millis(duration).count(); }
 
-double seconds(const record::Interval& interval) {
-  return std::chrono::duration<double>(interval.end - interval.begin).count();
-}
+double seconds(const record::Interval& interval) { return in_seconds(interval.end - interval.begin); }
 
 ChainMetrics metrics_of(const record::MeasuredChain<record::AllSamples>& chain, const graph::Graph& graph) {
   ChainMetrics metrics;
@@ -37,7 +35,7 @@ NodeMetrics metrics_of(const record::MeasuredNode<record::AllSamples>& node, con
   metrics.runs = node.runs;
   metrics.outputs = node.outputs;
   metrics.rate_hz = seconds > 0.0 ? static_cast<double>(node.runs) / seconds : 0.0;
-  metrics.cores = seconds > 0.0 ? std::chrono::duration<double>(node.cpu).count() / seconds : 0.0;
+  metrics.cores = seconds > 0.0 ? in_seconds(node.cpu) / seconds : 0.0;
   metrics.period_ms = node.period.summary_ms();
   metrics.compute_ms = node.compute.summary_ms();
   if (node.waits) metrics.wait_ms = node.wait.summary_ms();
@@ -140,7 +138,7 @@ Result<RunFigures> measure(const record::Reader& record, const Asked& asked) {
   const auto changes = record.app_changes();
   if (!changes) return changes.error();
   for (const record::AppChange& change : *changes) {
-    const double at_s = std::chrono::duration<double>(change.at - metrics.header.started).count();
+    const double at_s = in_seconds(change.at - metrics.header.started);
     metrics.changes.push_back({at_s, record::describe(record.app(), change)});
   }
   const Result<graph::App> app = record::app_after(record.app(), *changes);

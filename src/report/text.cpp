@@ -137,7 +137,7 @@ std::string headline(const RunFigures& metrics) {
   std::string text = fmt::format("{}, scheduler {}, {}, CPUs {}: {:.1f} s measured", metrics.app, header.scheduler,
                                  header.real_time ? "real-time levels" : "ordinary levels",
                                  header.cpus.empty() ? "unknown" : os::to_string(header.cpus), metrics.measured_s);
-  const double warm_up = std::chrono::duration<double>(header.warm_up).count();
+  const double warm_up = in_seconds(header.warm_up);
   if (warm_up > 0.0) {
     text += metrics.whole ? fmt::format(", {:.1f} s of warm-up included", warm_up)
                           : fmt::format(" after {:.1f} s of warm-up", warm_up);
@@ -175,7 +175,7 @@ std::vector<std::string> warnings(const RunFigures& metrics) {
         "force at the end, but what was predicted is a mean over the plans of each time",
         metrics.changes.size(), last.at_s, last.what));
   }
-  const double stolen = std::chrono::duration<double>(metrics.ending.stolen).count();
+  const double stolen = in_seconds(metrics.ending.stolen);
   if (stolen > 0.01) {
     result.push_back(fmt::format("a hypervisor took {:.2f} s of CPU time from this machine during the run", stolen));
   }

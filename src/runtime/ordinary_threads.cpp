@@ -14,8 +14,6 @@ namespace {
 
 constexpr std::size_t kMaxNamedThreads = 5;
 
-double seconds_in(Nanos time) { return std::chrono::duration<double>(time).count(); }
-
 }  // namespace
 
 OrdinaryThreads::News OrdinaryThreads::look(TimePoint now, const std::vector<Sample>& threads) {
@@ -47,14 +45,14 @@ std::string notice_of(const std::string& program, const OrdinaryThreads::News& n
     const std::string name = printable(name_of(one.thread));
     threads += fmt::format("{}{}(thread {}) waited for {:.1f} s and ran for {:.1f} s", index > 0 ? ", " : "",
                            name.empty() ? "" : name + " ", static_cast<std::int32_t>(one.thread),
-                           seconds_in(one.waited), seconds_in(one.ran));
+                           in_seconds(one.waited), in_seconds(one.ran));
   }
   if (news.threads.size() > kMaxNamedThreads)
     threads += fmt::format(", and {} more", news.threads.size() - kMaxNamedThreads);
   return fmt::format(
       "threads of {} that no node has wait for a CPU most of the time: nodes go before them. Of the last "
       "{:.1f} s {}. Bind what they do to a node, give the nodes a max_rate, or leave a CPU free of nodes (--cpus)",
-      program, seconds_in(news.elapsed), threads);
+      program, in_seconds(news.elapsed), threads);
 }
 
 }  // namespace ctn::runtime

@@ -1,19 +1,13 @@
 #include "sim/outcome.h"
 
 #include <algorithm>
-#include <chrono>
 
 namespace ctn::sim {
-namespace {
-
-double seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
-
-}  // namespace
 
 Outcome outcome_of(const graph::App& app, const Measurements& measured, TimePoint end) {
   Outcome outcome;
   outcome.app = app.name;
-  outcome.measured_s = std::max(0.0, seconds(end - measured.warm_from()));
+  outcome.measured_s = std::max(0.0, in_seconds(end - measured.warm_from()));
   const auto figures = measured.lock();
   const driver::Counts& counts = figures->counts;
   outcome.triggers = counts.triggers;

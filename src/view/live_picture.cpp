@@ -21,8 +21,6 @@ constexpr double kAbsentAfterMs = 1000.0;  // and at least
 
 double in_ms(Nanos duration) { return to_millis(duration).count(); }
 
-double in_seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
-
 // How much of the time between two instants lies in the window.
 template <class Window>
 double part_within(TimePoint begin, TimePoint end, const Window& window) {

@@ -242,6 +242,6 @@ void LiveView::note(TimePoint at, std::string kind, std::string detail) {
   if (events_.size() > kMaxEvents) events_.pop_front();
 }
 
-double LiveView::since_start(TimePoint at) const { return std::chrono::duration<double>(at - header_.started).count(); }
+double LiveView::since_start(TimePoint at) const { return in_seconds(at - header_.started); }
 
 }  // namespace ctn::view

@@ -145,7 +145,7 @@ class LiveView final : public record::Sink {
     TimePoint from{};
     TimePoint to{};
     bool has(TimePoint end) const { return end > from && end <= to; }
-    double seconds() const { return std::chrono::duration<double>(to - from).count(); }
+    double seconds() const { return in_seconds(to - from); }
   };
 
   void seen(TimePoint at);

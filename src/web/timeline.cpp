@@ -43,7 +43,7 @@ std::string Timeline::json(TimePoint now) const {
   const std::int64_t until = std::max<std::int64_t>(step_of(now), 0);  // only steps that are over are shown
   const std::int64_t from = std::max<std::int64_t>(until - static_cast<std::int64_t>(kSteps), 0);
   nlohmann::ordered_json json{{"step_ms", to_millis(kStep).count()},
-                              {"until_s", std::chrono::duration<double>(until * kStep).count()},
+                              {"until_s", in_seconds(until * kStep)},
                               {"lanes", names_},
                               {"cpus", nlohmann::ordered_json::array()}};
   for (const auto& [cpu, lanes] : of_) {

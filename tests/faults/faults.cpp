@@ -448,7 +448,7 @@ void Injection::others_run(const std::vector<std::size_t>& others, Nanos meanwhi
   for (TimePoint end = then_ + meanwhile; end <= then_ + meanwhile + kStolen; end += kPause) {
     p.os().sleep_until(end);
     const auto after = p.runs();
-    const double time = std::chrono::duration<double>(p.os().now() - then_).count();
+    const double time = in_seconds(p.os().now() - then_);
     kept.clear();
     for (const std::size_t node : others)
       kept.push_back({static_cast<double>(after.at(node) - runs_then_.at(node)), usual_.at(node) * time});

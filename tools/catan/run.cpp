@@ -57,7 +57,7 @@ bool let_run(const Session& session, os::Os& os, double seconds) {
   std::optional<TimePoint> warm;
   for (int step = 0; g_signal == 0; ++step) {
     std::this_thread::sleep_for(kStep);
-    const double measured = warm ? std::chrono::duration<double>(os.now() - *warm).count() : 0.0;
+    const double measured = warm ? in_seconds(os.now() - *warm) : 0.0;
     if (measured >= seconds) return true;
     if (warm && (!status.shown() || step % kStepsToShow != 0)) continue;
     const Snapshot snapshot = session.snapshot();

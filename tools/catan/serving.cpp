@@ -195,7 +195,7 @@ void Serving::look() {
   if (ending_) return server_.stop();  // for the deadline
   if (!warm_ && server_.warmed_up()) warm_ = os_.now();
   served_.warmed_up = warm_.has_value();
-  const double measured = warm_ ? std::chrono::duration<double>(os_.now() - *warm_).count() : 0.0;
+  const double measured = warm_ ? in_seconds(os_.now() - *warm_) : 0.0;
   if (options_.on_progress) options_.on_progress(server_.snapshot(), measured);
   if (options_.seconds && measured >= *options_.seconds) server_.stop();
 }

@@ -146,11 +146,7 @@ double camera_floor_ms(const Clock& exposures, const std::vector<nanoseconds>& c
     free = std::max(free, exposure) + costs[picture % costs.size()];
     const nanoseconds sample = after.samples.next(free - after.to_int);
     const nanoseconds tick = display.next(sample + after.to_int + after.int_to_tick);
-    if (shown && tick == *shown) {
-      shown_exposure = exposure;  // the newer one
-      continue;
-    }
-    if (shown) {
+    if (shown && tick != *shown) {
       sum += in_ms(tick - shown_exposure);
       ++responses;
     }
