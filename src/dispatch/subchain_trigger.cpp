@@ -114,9 +114,11 @@ bool SubchainTrigger::wants_cpu_time(TimePoint now, std::uint64_t completed) con
 }
 
 void SubchainTrigger::used(TimePoint now, Nanos cpu) {
+  const bool got_on = cpu != used_;
+  grain_ = got_on ? kBudgetGrain : std::min(2 * grain_, longest_budget_grain(pacing_.budget));
   used_ = cpu;
   over_budget_ = cpu > allowed_;
-  look_at_ = now + std::max(allowed_ - cpu, kBudgetGrain);
+  look_at_ = now + std::max(allowed_ - cpu, grain_);
 }
 
 void SubchainTrigger::restart_budget(TimePoint now) {
@@ -127,6 +129,7 @@ void SubchainTrigger::restart_budget(TimePoint now) {
 // Beyond what the run under way has used.
 void SubchainTrigger::give_budget(TimePoint now) {
   over_budget_ = false;
+  grain_ = kBudgetGrain;
   allowed_ = used_ + pacing_.budget;
   look_at_ = now + std::max(pacing_.budget, kBudgetGrain);
 }

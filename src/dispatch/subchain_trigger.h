@@ -45,7 +45,8 @@
 // run has used; where that is less, since the run was pre-empted, it asks again when the rest could be used up. What it
 // costs while runs keep to their budgets: the clocks of their threads are read once at the trigger, and one timer
 // passes a run, unless the next trigger comes first. Only while a run is still under way by then, which was pre-empted,
-// are clocks read again, and another timer set.
+// are clocks read again, and another timer set; the less often, the longer it has got no CPU time at all, for each look
+// takes the CPU from what pre-empts it.
 //
 // After a standstill (standstill.h) a run under way is watched for hanging again.
 //
@@ -96,6 +97,12 @@ constexpr Nanos::rep kSlewed = 250;
 // What a run has used is not looked at more often, since looking takes about as long. So it may use that much more than
 // its budget.
 constexpr Nanos kBudgetGrain = std::chrono::microseconds{50};
+
+// Nor more often than this while it gets no CPU time at all: each look comes after twice the time of the one before, up
+// to this. So a run that could not go on just before its budget was used up may use up to this much more.
+constexpr Nanos longest_budget_grain(Nanos budget) {
+  return std::clamp<Nanos>(budget / 8, kBudgetGrain, std::chrono::milliseconds{1});
+}
 
 // The pacing of a subchain that owns its cores: as many runs overlap as a run is periods long (rounded up), which is
 // one on one core.
@@ -215,7 +222,8 @@ class SubchainTrigger {
   Nanos allowed_{0};            // CPU time since its trigger
   Nanos used_{0};               // as told last
   TimePoint look_at_ = kNever;  // it cannot be used up before
-  bool over_budget_ = false;    // it is, as was just told
+  Nanos grain_ = kBudgetGrain;  // no sooner than so long after a look comes the next
+  bool over_budget_ = false;    // it is used up, as was just told
   bool demoted_ = false;
 };
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <utility>
 #include <vector>
 
 #include "base/testing/times.h"
@@ -286,6 +287,41 @@ TEST(Budget, IsLookedAtWhenItCouldBeUsedUpAndNotBefore) {
   EXPECT_EQ(decision.ask_at, at(milliseconds{100})) << "nothing more to look at";
 }
 
+// Looks are above all levels: those at a run that waits come out of the time of what it waits for.
+TEST(Budget, ARunThatDoesNotGetOnIsLookedAtLessAndLessOften) {
+  const Nanos used = milliseconds{10} - microseconds{5};
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
+  TimePoint now = trigger.step(at(Nanos{0}), 0).ask_at;
+  const auto look = [&](Nanos cpu) {
+    trigger.used(now, cpu);
+    const auto decision = trigger.step(now, 0);
+    EXPECT_FALSE(decision.demote);
+    const Nanos until = decision.ask_at - now;
+    now = decision.ask_at;
+    return until;
+  };
+  EXPECT_EQ(look(used), microseconds{50});
+  EXPECT_EQ(look(used), microseconds{100});
+  EXPECT_EQ(look(used), microseconds{200});
+  EXPECT_EQ(look(used), microseconds{400});
+  EXPECT_EQ(look(used), microseconds{800});
+  EXPECT_EQ(look(used), milliseconds{1}) << "it would be noticed no later when it goes on for so long";
+  EXPECT_EQ(look(used), milliseconds{1});
+  EXPECT_EQ(look(used + microseconds{1}), microseconds{50}) << "it gets on";
+}
+
+TEST(Budget, AShortOneIsLookedAtWithinAnEighthOfIt) {
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{2}));
+  TimePoint now = trigger.step(at(Nanos{0}), 0).ask_at;
+  for (int looks = 0; looks < 10; ++looks) {
+    trigger.used(now, milliseconds{2});
+    const auto decision = trigger.step(now, 0);
+    EXPECT_LE(decision.ask_at - now, microseconds{250});
+    now = decision.ask_at;
+  }
+  EXPECT_EQ(longest_budget_grain(microseconds{80}), kBudgetGrain);
+}
+
 TEST(Budget, ARunThatEndedInTimeIsNotLookedAt) {
   SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
   trigger.step(at(Nanos{0}), 0);
@@ -401,6 +437,8 @@ RC_GTEST_PROP(BudgetProperty, DemotedOnceMoreIsUsedAndNeverBefore, ()) {
   Nanos used{0};
   int looks = 0;
   int pre_emptions = 0;
+  Nanos waited{0};  // since it got on last
+  Nanos over{0};    // that it may use beyond its budget, for so long it had waited
   auto decision = trigger.step(now, 0);
   while (!decision.demote) {
     const Nanos asked = decision.ask_at - now;
@@ -408,7 +446,10 @@ RC_GTEST_PROP(BudgetProperty, DemotedOnceMoreIsUsedAndNeverBefore, ()) {
     // It runs for some of the time until then, all of it where nobody pre-empts it.
     const bool pre_empted = *rc::gen::arbitrary<bool>() && pre_emptions < 50;
     pre_emptions += pre_empted ? 1 : 0;
-    used += pre_empted ? asked / *rc::gen::inRange(2, 5) : asked;
+    const Nanos got = pre_empted ? asked * *rc::gen::inRange(0, 3) / 5 : asked;
+    used += got;
+    if (got > Nanos{0}) over = std::exchange(waited, Nanos{0});
+    if (got == Nanos{0}) waited += asked;
     now = decision.ask_at;
     RC_ASSERT(trigger.wants_cpu_time(now, 0));
     trigger.used(now, used);
@@ -416,7 +457,8 @@ RC_GTEST_PROP(BudgetProperty, DemotedOnceMoreIsUsedAndNeverBefore, ()) {
     RC_ASSERT(decision.demote == (used > budget));
     ++looks;
   }
-  RC_ASSERT(used <= budget + kBudgetGrain);
+  RC_ASSERT(used <= budget + kBudgetGrain + over);
+  RC_ASSERT(used <= budget + longest_budget_grain(budget));
   RC_ASSERT(looks <= pre_emptions + 2);
 }
 
