@@ -107,8 +107,9 @@ setup-dev:
 	[ '$(SETUP)' = skip ] || scripts/setup.sh --dev
 
 configure: setup $(BUILD)/build.ninja
-# Later changes of CMakeLists.txt files are Ninja's business; only those of the presets are not.
-$(BUILD)/build.ninja: CMakePresets.json
+# Later changes of CMakeLists.txt files are Ninja's business; only those of the presets are not, and roscpp, if it was
+# installed since.
+$(BUILD)/build.ninja: CMakePresets.json $(wildcard /var/lib/dpkg/info/libroscpp-dev.list /var/lib/dpkg/info/libnodeletlib-dev.list)
 	$(call say,Configure ($(PRESET)))
 	cmake --preset $(PRESET) $(quiet_configure)
 	touch $@

@@ -7,7 +7,7 @@
 # is run once more by itself. If it passes then, the run passes, but says so, and the test's name and what it printed are in
 # out/ci/flaky.txt, and in out/flaky.txt with those of all runs before: that is a defect to work on. If it fails again, the
 # run fails.
-#   CATAN_REQUIRE_REALTIME=1   tests that skip themselves because they may not set real-time levels fail
+#   CATAN_REQUIRE_REALTIME=1   tests that skip themselves because they may not set real-time levels, or cannot draw, fail
 #   CATAN_YOLO=FOLDER          the real network for tests that need one (docs/navigation-detector.md); otherwise they are skipped
 #   SKIP_REALTIME=1            only those that do not depend on the clock
 #   TMPDIR=FOLDER              where tests write their files; else in memory, or in /tmp where that has no room
@@ -81,9 +81,9 @@ if ! grep -qs 'Testing: ' "$log"/{steady,realtime}.log; then
 fi
 if [[ -n ${CATAN_REQUIRE_REALTIME:-} ]]; then
   lacking=$({ cat "$log/steady.log" "$log/realtime.log" 2>/dev/null || true; } |
-    awk '/^[0-9]+\/[0-9]+ Test(ing)?: /{test = $3} /needs the permission to/{print test}' | sort -u)
+    awk '/^[0-9]+\/[0-9]+ Test(ing)?: /{test = $3} /needs the permission to|EGL is not installed/{print test}' | sort -u)
   if [[ -n $lacking ]]; then
-    printf '\n== skipped for lack of the permission to set real-time levels, which this run requires:\n%s\n' "$lacking"
+    printf '\n== skipped for lack of real-time levels or of EGL, which this run requires:\n%s\n' "$lacking"
     failed=1
   fi
 fi

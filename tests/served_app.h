@@ -25,6 +25,7 @@
 #include "catan/client.h"
 #include "os/linux/child_process.h"
 #include "os/linux/linux_os.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::test {
 
@@ -121,7 +122,7 @@ class ServedAppTest : public ::testing::Test {
   // CPU.
   void expect_off_the_apps_cpu(const std::string& viewer) {
     const std::vector<int> cpus = os_->online_cpus()->cpus();
-    if (cpus.size() < 2) GTEST_SKIP() << "needs two CPUs: one for the app, one for who watches";
+    CATAN_REQUIRE(cpus.size() >= 2, "needs two CPUs: one for the app, one for who watches");
     Result<os::ChildProcess> started = os::ChildProcess::start(
         {"/bin/sh", "-c", "exec \"$0\" " + viewer + " >\"$1\" 2>&1", CATAN_COMMAND, path("shown")});
     ASSERT_TRUE(started.ok()) << started.error().message();

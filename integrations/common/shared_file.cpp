@@ -24,6 +24,13 @@ void* map_shared(const std::string& path, std::size_t size) {
   return memory != MAP_FAILED ? memory : nullptr;
 }
 
+bool can_be_shared(const std::string& path) {
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) == 0) return S_ISREG(found.st_mode) && found.st_uid == ::geteuid();
+  const std::string folder = path.substr(0, path.rfind('/') + 1);
+  return ::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) == 0;
+}
+
 void unmap_shared(void* memory, std::size_t size) { ::munmap(memory, size); }
 
 }  // namespace catan_ros

@@ -22,6 +22,8 @@ inline constexpr std::size_t kSharedNodes = 256;
 // or the file is not this user's.
 void* map_shared(const std::string& path, std::size_t size);
 void unmap_shared(void* memory, std::size_t size);
+// Whether this user has a file of that name, or can make it.
+bool can_be_shared(const std::string& path);
 
 template <class Content>
 class SharedFile {

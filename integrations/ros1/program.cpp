@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <thread>
 #include <utility>
 
@@ -51,7 +52,13 @@ Program::Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> mes
 const std::vector<Binding>& Program::bindings() {
   if (!bindings_) {
     bindings_ = bindings_of(all_bindings_, ros::this_node::getName());
-    if (!bindings_->empty()) std::thread([this] { tell_missing(); }).detach();
+    if (bindings_->empty()) return *bindings_;
+    if (message_runs_ == nullptr) {
+      const char* const file = std::getenv(kMessageRunsVariable);
+      ROS_WARN("catan: cannot use the file %s; which run sent a message is not known, and response times are guessed",
+               file != nullptr ? file : "of messages, of which there is no name");
+    }
+    std::thread([this] { tell_missing(); }).detach();
   }
   return *bindings_;
 }

@@ -25,7 +25,7 @@ namespace catan_ros {
 
 class Program {
  public:
-  // `message_runs` may be null.
+  // `message_runs` may be null: it could not be had, which the program's log says.
   Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs);
 
   // The node of a callback of this program, which is to be called from that queue; null: no binding names it. Of

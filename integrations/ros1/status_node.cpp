@@ -5,10 +5,13 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <dynamic_reconfigure/ConfigDescription.h>
 #include <dynamic_reconfigure/Reconfigure.h>
+#include <ros/callback_queue.h>
+#include <ros/master.h>
 #include <ros/ros.h>
 #include <std_msgs/Float64.h>
 #include <std_msgs/String.h>
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,6 +22,7 @@ namespace catan_ros {
 namespace {
 
 constexpr double kEverySeconds = 1.0;
+constexpr double kLookAtMasterEverySeconds = 2.0;
 constexpr double kMaxSetting = 1e6;  // what a slider ends at
 constexpr const char* kGroup = "Default";
 
@@ -169,6 +173,24 @@ class StatusNode {
   std::vector<Setting> settings_;
 };
 
+// A master has come that does not know this node: the one that it registered with has ended. Without a master: no.
+bool is_unknown_to_master() {
+  ros::V_string nodes;
+  if (!ros::master::check() || !ros::master::getNodes(nodes)) return false;
+  return std::find(nodes.begin(), nodes.end(), ros::this_node::getName()) == nodes.end();
+}
+
+// Until the node has to register again, or the process is to end.
+void spin() {
+  ros::WallTime look_at = ros::WallTime::now() + ros::WallDuration(kLookAtMasterEverySeconds);
+  while (ros::ok()) {
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
+    if (ros::WallTime::now() < look_at) continue;
+    if (is_unknown_to_master()) return;
+    look_at = ros::WallTime::now() + ros::WallDuration(kLookAtMasterEverySeconds);
+  }
+}
+
 }  // namespace
 }  // namespace catan_ros
 
@@ -176,6 +198,8 @@ extern "C" void catan_ros1_run_status_node(int& argc, char** argv, catan_ros::Sh
   ros::init(argc, argv, "catan");
   const ros::NodeHandle handle;  // waits for the master; ended by a signal meanwhile
   if (!ros::ok()) return;
-  const catan_ros::StatusNode node(app, allow_control);
-  ros::spin();
+  while (ros::ok()) {
+    const catan_ros::StatusNode node(app, allow_control);
+    catan_ros::spin();
+  }
 }

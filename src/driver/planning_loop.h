@@ -8,12 +8,12 @@
 //             came of it is a Planned
 //   adopt()   takes that, and brings what was decided into force: PlanningHost::in_force()
 //
-// A plan is due at the end of the bootstrap, every `replan`, and at once when a node has run that had not before, when
-// compute times, power, clock limits or CPUs have changed (policy/replan.h), or when the user has asked for other
-// weights, bounds or CPUs (change()), within a budget of CPU time (policy/planning_budget.h). It is made with what is
-// known: nodes that have not run have an assumed cost, and the plan says which. Where no plan can be made and the one
-// in force names a CPU that is gone, what comes into force in its place has no plan: rates only (policy/planned.h).
-// docs/decisions/0023-planning-with-what-is-known.md says why.
+// A plan is due at the end of the bootstrap, every `replan` (while the policy has more to try, several times a second),
+// and at once when a node has run that had not before, when compute times, power, clock limits or CPUs have changed
+// (policy/replan.h), or when the user has asked for other weights, bounds or CPUs (change()), within a budget of CPU
+// time (policy/planning_budget.h). It is made with what is known: nodes that have not run have an assumed cost, and the
+// plan says which. Where no plan can be made and the one in force names a CPU that is gone, what comes into force in
+// its place has no plan: rates only (policy/planned.h). docs/decisions/0023-planning-with-what-is-known.md says why.
 //
 // Units: in the types. Thread safety: none; one owner at a time. It reads no clock.
 #pragma once

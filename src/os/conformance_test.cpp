@@ -38,6 +38,19 @@ TEST_P(OsConformance, AThreadIsOnACpuThatItMayUse) {
   EXPECT_TRUE(mine->contains(os().current_cpu()));
 }
 
+TEST_P(OsConformance, StolenTimeIsToldOfCpusThatThereAreAndNeverFalls) {
+  const auto before = os().stolen_time();
+  const auto after = os().stolen_time();
+  const auto online = os().online_cpus();
+  ASSERT_TRUE(online.ok());
+  for (const auto& [cpu, stolen] : before) {
+    EXPECT_TRUE(online->contains(cpu)) << cpu;
+    ASSERT_TRUE(after.contains(cpu));
+    EXPECT_GE(stolen, Nanos{0});
+    EXPECT_GE(after.at(cpu), stolen);
+  }
+}
+
 TEST_P(OsConformance, PowerIsToldOfTheCpusAskedFor) {
   const CpuSet none;
   EXPECT_TRUE(os().power_state(none).cpus.empty());
@@ -239,6 +252,13 @@ TEST_P(OsConformance, ThreadsAreListedWhileTheyLive) {
   EXPECT_THAT(*live, testing::IsSupersetOf({self, parked.id()}));
   parked.end();
   await_gone(parked.id());
+}
+
+TEST_P(OsConformance, TheMainThreadIsOneOfItsProcess) {
+  const ProcessId process = os().current_process();
+  const Result<std::vector<ThreadId>> threads = os().threads(process);
+  ASSERT_TRUE(threads.ok());
+  EXPECT_THAT(*threads, testing::Contains(os().main_thread(process)));
 }
 
 TEST_P(OsConformance, ProcessThatIsGoneHasNoThreads) {

@@ -80,8 +80,9 @@ class Incumbent {
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force);
 
 // When a plan is due. The first that rests on measurements: when the bootstrap is over and any scheduled node has run.
-// Further ones every `interval`, when a node has run that had not before, or when something has changed permanently,
-// all as the budget allows. `known`: how many scheduled nodes have run; never falls.
+// Further ones every `interval`, or every kChangeSpacing while the policy has more to try; when a node has run that had
+// not before, or when something has changed permanently; all as the budget allows. `known`: how many scheduled nodes
+// have run; never falls. `more`: the policy has.
 class ReplanClock {
  public:
   ReplanClock(TimePoint start, const graph::SchedulerOptions& options) : ReplanClock(start, options, options.replan) {}

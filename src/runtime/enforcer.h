@@ -4,7 +4,7 @@
 // only, and says so.
 //
 // Thread safety: all calls from any thread that is not a node's or a controller's (it locks), except
-// set_level_now(), move_now() and keep_on(), which controllers may call.
+// set_level_now() and move_now(), which controllers may call, and keep_on(), which does not lock either.
 #pragma once
 
 #include <atomic>
@@ -49,7 +49,7 @@ class Enforcer {
   // alone where they cannot be had.
   void set_level_now(os::ThreadId thread, os::Level level);
   void move_now(os::ThreadId thread, const os::CpuSet& cpus);
-  // The same where the thread is on other CPUs by now: another program has moved it. True: it was.
+  // As move_now(), where the thread is on other CPUs by now: another program has moved it. True: it was.
   bool keep_on(os::ThreadId thread, const os::CpuSet& cpus);
 
   // Whether the thread is as apply() has put it: it has not been restored yet.

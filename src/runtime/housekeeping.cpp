@@ -55,7 +55,7 @@ void Housekeeping::pace_registered() {
   for (std::size_t index = 0; index < paced_.size(); ++index) {
     paced_[index] = registered_.has_all_of(app_.graph.subchains()[index]);
   }
-  publish();
+  publish(loop_.decision());
 }
 
 void Housekeeping::run(const std::function<bool(TimePoint)>& sleep_until) {
@@ -122,7 +122,7 @@ void Housekeeping::raise(const driver::Levels& levels) {
 }
 
 void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
-  publish();
+  publish(decision);
   log_.in_force(os_.now(), decision, reason);
 }
 
@@ -161,10 +161,9 @@ void Housekeeping::keep_places(TimePoint now) {
            moved)});
 }
 
-// What is in force, without the subchains that miss a node. Nodes read from the region at which period they are to go
+// The decision, without the subchains that miss a node. Nodes read from the region at which period they are to go
 // on if the scheduler is gone.
-void Housekeeping::publish() {
-  const policy::Decision& decision = loop_.decision();
+void Housekeeping::publish(const policy::Decision& decision) {
   Assignment assignment = decision.assignment;
   remove_absent(assignment, paced_);
   for (std::size_t index = 0; index < assignment.places.size(); ++index) {
@@ -186,7 +185,7 @@ void Housekeeping::update_registered() {
   for (const SubchainId id : change.left) paced_[id.index()] = false;
   std::erase_if(change.back, [&](SubchainId id) { return !prepare_restart(id); });
   for (const SubchainId id : change.back) paced_[id.index()] = true;
-  if (!change.left.empty() || !change.back.empty()) publish();
+  if (!change.left.empty() || !change.back.empty()) publish(loop_.decision());
   for (const SubchainId id : change.back) {
     log_.notice({os_.now(), "subchain",
                  fmt::format("subchain {} runs: all of its nodes have registered", app_.graph.subchain(id).name)});

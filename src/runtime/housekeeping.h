@@ -63,7 +63,7 @@ class Housekeeping : private driver::PlanningHost {
   void notice(const std::string& kind, const std::string& detail) override { log_.notice({os_.now(), kind, detail}); }
 
   void step(TimePoint& next_flush);
-  void publish();
+  void publish(const policy::Decision& decision);
   void carry_out_changes(TimePoint now);
   void keep_places(TimePoint now);
   void update_registered();

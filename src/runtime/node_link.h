@@ -3,7 +3,7 @@
 //
 // Units: Nanos. Thread safety: threads may be added and removed at any time, from any thread, while controllers visit
 // them. Removing one waits until no visit is under way, so that what a visitor does to a thread has been done by then.
-// trigger() is for the controller that holds the subchain, the rest for the housekeeping thread.
+// trigger() and is_triggered() are for the controller that holds the subchain, the rest for the housekeeping thread.
 #pragma once
 
 #include <array>

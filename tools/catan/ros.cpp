@@ -15,6 +15,7 @@
 #include "ros_bind.h"
 #include "ros_node.h"
 #include "ros_programs.h"
+#include "shared_file_path.h"
 
 namespace ctn::tool {
 namespace {
@@ -23,9 +24,8 @@ int run(const RosRunOptions& options) {
   return run_ros_programs(options, [](const std::string& socket) -> Result<std::vector<std::string>> {
     auto preload = ros_preload_entry();
     if (!preload) return preload.error();
-    // The file of messages lies beside the socket.
-    return std::vector<std::string>{std::move(*preload),
-                                    fmt::format("{}={}.messages", catan_ros::kMessageRunsVariable, socket)};
+    return std::vector<std::string>{std::move(*preload), fmt::format("{}={}", catan_ros::kMessageRunsVariable,
+                                                                     shared_file_path(socket, ".messages"))};
   });
 }
 

@@ -12,6 +12,7 @@
 #include "common/binding.h"
 #include "port_libraries.h"
 #include "ros_programs.h"
+#include "shared_file_path.h"
 
 namespace ctn::tool {
 namespace {
@@ -20,9 +21,8 @@ int run_ros2(const RosRunOptions& options) {
   return run_ros_programs(options, [](const std::string& socket) -> Result<std::vector<std::string>> {
     auto preload = threads_preload_entry();
     if (!preload) return preload.error();
-    // The file of runs lies beside the socket.
-    return std::vector<std::string>{std::move(*preload),
-                                    fmt::format("{}={}.runs", catan_ros::kRunTimesVariable, socket)};
+    return std::vector<std::string>{
+        std::move(*preload), fmt::format("{}={}", catan_ros::kRunTimesVariable, shared_file_path(socket, ".runs"))};
   });
 }
 

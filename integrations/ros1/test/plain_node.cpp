@@ -1,13 +1,15 @@
 // A ROS program that knows nothing of Catan, for the tests: what it does is said on its command line.
 //
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
-//              [--wrapped-queue] [--counts FILE] [--log FILE]
+//              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE]
 //
-// A message on --in, or the timer, makes it burn CPU time and publish what it has counted, or got, on --out. A message
-// on --beside is counted by another callback. What was counted is written to the file of --counts, as JSON, ten times a
-// second; each message of --in to that of --log, one a line.
+// A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
+// got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
+// counted by another callback. What was counted is written to the file of --counts, as JSON, ten times a second; each
+// message of --in to that of --log, one a line.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <roscpp/Empty.h>
 #include <std_msgs/Int64.h>
 
 #include <atomic>
@@ -23,7 +25,7 @@
 namespace {
 
 struct Asked {
-  std::string in, out, beside, counts, log;
+  std::string in, out, beside, service, ask, counts, log;
   double timer_ms = 0.0, burn_ms = 0.0;
   bool spin_once = false, wrapped_queue = false;
   int threads = 1;
@@ -67,6 +69,16 @@ void on_beside(const std_msgs::Int64::ConstPtr&) {
   ++g_counts.beside;
 }
 
+bool on_request(roscpp::Empty::Request&, roscpp::Empty::Response&) {
+  work(++g_counts.newest);
+  return true;
+}
+
+void ask() {
+  roscpp::Empty empty;
+  if (ros::service::call(g_asked.ask, empty)) ++g_counts.calls;
+}
+
 void write_counts() {
   const std::string written = g_asked.counts + ".new";
   {
@@ -93,6 +105,10 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.out = value;
     } else if (option == "--beside") {
       g_asked.beside = value;
+    } else if (option == "--service") {
+      g_asked.service = value;
+    } else if (option == "--ask") {
+      g_asked.ask = value;
     } else if (option == "--counts") {
       g_asked.counts = value;
     } else if (option == "--log") {
@@ -163,10 +179,12 @@ int main(int count, char** arguments) {
   ros::Subscriber in, beside;
   if (!g_asked.in.empty()) in = handle.subscribe(g_asked.in, 10, on_message);
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
+  ros::ServiceServer service;
+  if (!g_asked.service.empty()) service = handle.advertiseService(g_asked.service, on_request);
   ros::Timer timer;
   if (g_asked.timer_ms > 0.0) {
     timer = handle.createTimer(ros::Duration(g_asked.timer_ms * 1e-3),
-                               [](const ros::TimerEvent&) { work(++g_counts.newest); });
+                               [](const ros::TimerEvent&) { g_asked.ask.empty() ? work(++g_counts.newest) : ask(); });
   }
   // What it writes is no callback's: to replace a file may take as long as a callback's work.
   std::thread writer([] {

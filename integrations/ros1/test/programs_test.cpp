@@ -132,6 +132,39 @@ TEST_F(ProgramsTest, ACallbackThatIsNotBoundGoesOnWhileABoundOneWaits) {
   EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
 }
 
+// Its threads may call two callbacks at a time, of which one is bound.
+TEST_F(ProgramsTest, ASpinnerOfSeveralThreadsGoesOnBesideABoundCallback) {
+  write_app_of_work("fallback_rate: 20Hz");
+  write_binding_of_work("/worker");
+  write_launcher({"feed --timer 10 --out /data", "ticks --timer 10 --out /ticks",
+                  "worker --in /data --beside /ticks --burn 20 --threads 3 --counts worker.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  ASSERT_TRUE(counts("worker", "calls", 5)) << text_of(path("run.err"));
+  const long calls = counted("worker", "calls");
+  EXPECT_TRUE(counts("worker", "beside", 200)) << "as without Catan";
+  EXPECT_LT(counted("worker", "calls") - calls, 100) << "at the rate that the app file says, not at that of messages";
+  EXPECT_GT(counted("worker", "overlaps"), 0);
+  EXPECT_EQ(counted("worker", "backward"), 0);
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
+}
+
+// Who asks waits until it is the service's turn.
+TEST_F(ProgramsTest, AServiceIsScheduled) {
+  write_app_of_work("fallback_rate: 20Hz");
+  write("bind.yaml", "catan: 1\nros: { work: { node: /server, service: /question } }\n");
+  write_launcher({"server --service /question --beside /ticks --burn 2 --counts server.json",
+                  "client --timer 10 --ask /question --counts client.json", "ticks --timer 10 --out /ticks"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  ASSERT_TRUE(counts("client", "calls", 5)) << text_of(path("run.err"));
+  const long answers = counted("client", "calls");
+  EXPECT_TRUE(counts("server", "beside", 300)) << "what is not bound goes on while one who asks waits";
+  const long more = counted("client", "calls") - answers;
+  EXPECT_GT(more, 20);
+  EXPECT_LT(more, 120) << "each 50 ms, and not each 10 ms";
+  EXPECT_THAT(text_of(path("run.err")), HasSubstr("subchain work runs"));
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM);
+}
+
 TEST_F(ProgramsTest, NothingRunsBesideTheProgramsOwnLoop) {
   write_app_of_work("fallback_rate: 50Hz");
   write_binding_of_work("/looper");

@@ -126,6 +126,25 @@ TEST_F(StatusNodeTest, AnAppThatIsKilledIsToldAndFoundAgain) {
       << text_of(path("serve.err")) << text_of(path("node.err")) << seen();
 }
 
+// A node of roscpp stays unknown to a master that comes after the one that it registered with.
+TEST_F(StatusNodeTest, RegistersWithANewMaster) {
+  show("--allow-control");
+  const int first = listen();
+  const auto tells = [](const Json& told) { return at(told, "/diagnostics/catan: app/level") == 2; };
+  ASSERT_TRUE(sees(tells)) << text_of(path("node.err"));
+  end(first, SIGTERM);
+  roscore().stop();
+  std::filesystem::remove(path("seen.json"));
+  roscore().start();
+  listen();
+  EXPECT_TRUE(sees(tells)) << text_of(path("node.err"));
+  const std::string services =
+      "/usr/bin/python3 -c \"import rosgraph; "
+      "print(rosgraph.Master('/test').getSystemState()[2])\"";
+  wait(start("services", services), seconds{20});
+  EXPECT_THAT(text_of(path("services.out")), HasSubstr("/catan/set_parameters"));
+}
+
 // As a launch file starts it, in the package's folder.
 TEST_F(StatusNodeTest, ALaunchFileStartsServerNodeAndPrograms) {
   write("robot.launch", R"(<launch>
