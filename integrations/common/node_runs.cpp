@@ -28,11 +28,11 @@ void NodeRuns::take(const std::string& from, std::uint64_t run) {
   node_.take(run_, from, taken.first, taken.last);
 }
 
-void NodeRuns::release(const std::string& from, std::uint64_t run) {
+void NodeRuns::let_go(const std::string& from, std::uint64_t run) {
   const auto known = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& one) { return one.from == from; });
   Kept& kept = known != kept_.end() ? *known : kept_.emplace_back(Kept{from, run, true});
-  kept.run = kept.released ? std::max(kept.run, run) : run;
-  kept.released = true;
+  kept.run = kept.let_go ? std::max(kept.run, run) : run;
+  kept.let_go = true;
 }
 
 std::vector<NodeRuns::Taken>::iterator NodeRuns::find(const std::string& from) {

@@ -2,7 +2,7 @@
 //
 //   taken      messages that the run was called with, or has read
 //   kept       what the program or the node had before; counts where none of that node was taken
-//   released   of those that the program kept before, which it has let go of in the run; counts in place of kept ones
+//   let go     of those that the program kept before, which it has let go of in the run; counts in place of kept ones
 //
 // Thread safety: used by the node's thread alone.
 #pragma once
@@ -39,7 +39,7 @@ class NodeRuns final : public Runs {
   std::uint64_t number() const override { return run_.number(); }
   void take(const std::string& from, std::uint64_t run) override;
   void keep(const std::string& from, std::uint64_t run) override { kept_.push_back({from, run, false}); }
-  void release(const std::string& from, std::uint64_t run);
+  void let_go(const std::string& from, std::uint64_t run);
 
  private:
   struct Taken {
@@ -50,7 +50,7 @@ class NodeRuns final : public Runs {
   struct Kept {
     std::string from;
     std::uint64_t run;
-    bool released;
+    bool let_go;
   };
   std::vector<Taken>::iterator find(const std::string& from);
 

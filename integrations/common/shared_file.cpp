@@ -6,6 +6,11 @@
 #include <unistd.h>
 
 namespace catan_ros {
+namespace {
+
+bool is_own_file(const struct stat& found) { return S_ISREG(found.st_mode) && found.st_uid == ::geteuid(); }
+
+}  // namespace
 
 void* map_shared(const std::string& path, std::size_t size) {
   constexpr int kAccess = PROT_READ | PROT_WRITE;
@@ -17,7 +22,7 @@ void* map_shared(const std::string& path, std::size_t size) {
   if (file < 0) return nullptr;
   struct stat found {};
   const auto length = static_cast<off_t>(size);
-  const bool own = ::fstat(file, &found) == 0 && S_ISREG(found.st_mode) && found.st_uid == ::geteuid();
+  const bool own = ::fstat(file, &found) == 0 && is_own_file(found);
   const bool sized = own && (found.st_size == length || ::ftruncate(file, length) == 0);
   void* const memory = sized ? ::mmap(nullptr, size, kAccess, MAP_SHARED, file, 0) : MAP_FAILED;
   ::close(file);
@@ -26,7 +31,7 @@ void* map_shared(const std::string& path, std::size_t size) {
 
 bool can_be_shared(const std::string& path) {
   struct stat found {};
-  if (::lstat(path.c_str(), &found) == 0) return S_ISREG(found.st_mode) && found.st_uid == ::geteuid();
+  if (::lstat(path.c_str(), &found) == 0) return is_own_file(found);
   const std::string folder = path.substr(0, path.rfind('/') + 1);
   return ::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) == 0;
 }

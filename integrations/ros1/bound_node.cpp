@@ -265,10 +265,10 @@ void BoundNode::note_taken(MessageRuns::Key key) {
 }
 
 // Messages that were kept, as a synchronizer does: of those that it lets go of in a run the newest are those it used.
-void BoundNode::note_released(MessageRuns::Key key) {
+void BoundNode::note_let_go(MessageRuns::Key key) {
   for (const std::string& predecessor : binding_.predecessors) {
     const std::uint64_t run = message_runs_ != nullptr ? message_runs_->find(predecessor, key) : 0;
-    if (run != 0) runs_->release(predecessor, run);
+    if (run != 0) runs_->let_go(predecessor, run);
   }
 }
 

@@ -62,7 +62,7 @@ class BoundNode final : public ros::CallbackQueueInterface {
   void note_published(const std::string& topic);
   void note_sent(MessageRuns::Key key);
   void note_taken(MessageRuns::Key key);
-  void note_released(MessageRuns::Key key);
+  void note_let_go(MessageRuns::Key key);
 
  private:
   class NotingRuns;

@@ -16,7 +16,7 @@ std::span<const std::byte> bytes_of(const std::uint8_t* begin, std::size_t size)
 // The same message. When the program lets go of it in a run, it has been used there, or is of no use any more.
 ros::VoidConstPtr with_note_of_release(const ros::VoidConstPtr& message, MessageRuns::Key key) {
   return {message.get(), [message, key](const void*) {
-            if (BoundNode* const node = BoundNode::current()) node->note_released(key);
+            if (BoundNode* const node = BoundNode::current()) node->note_let_go(key);
           }};
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <thread>
 #include <utility>
 
@@ -43,10 +42,15 @@ void tell(ServerConnection::Severity severity, const std::string& text) {
   }
 }
 
+void warn(const std::string& text) { tell(ServerConnection::Severity::kWarning, text); }
+
 }  // namespace
 
-Program::Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs)
-    : all_bindings_(std::move(bindings)), message_runs_(std::move(message_runs)), connection_(tell) {}
+Program::Program(std::vector<Binding> bindings, std::string messages_file)
+    : all_bindings_(std::move(bindings)),
+      messages_file_(std::move(messages_file)),
+      message_runs_(messages_file_.empty() ? nullptr : MessageRuns::open(messages_file_)),
+      connection_(tell) {}
 
 // Precondition: mutex_ is held.
 const std::vector<Binding>& Program::bindings() {
@@ -54,9 +58,9 @@ const std::vector<Binding>& Program::bindings() {
     bindings_ = bindings_of(all_bindings_, ros::this_node::getName());
     if (bindings_->empty()) return *bindings_;
     if (message_runs_ == nullptr) {
-      const char* const file = std::getenv(kMessageRunsVariable);
-      ROS_WARN("catan: cannot use the file %s; which run sent a message is not known, and response times are guessed",
-               file != nullptr ? file : "of messages, of which there is no name");
+      warn("cannot use the file " +
+           (messages_file_.empty() ? "of messages, of which there is no name" : messages_file_) +
+           "; which run sent a message is not known, and response times are guessed");
     }
     std::thread([this] { tell_missing(); }).detach();
   }
@@ -105,9 +109,9 @@ BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& qu
   }
   if ((*known)->take(queue)) return known->get();
   const std::string nodelet = binding->nodelet.empty() ? nodelet_of(queue) : std::string();
-  ROS_WARN("catan: there is another callback of %s; the first one is node %s, the other is not scheduled%s",
-           describe(*binding).c_str(), binding->node.c_str(),
-           nodelet.empty() ? "" : (" (it is of nodelet " + nodelet + ": a binding may name one)").c_str());
+  warn("there is another callback of " + describe(*binding) + "; the first one is node " + binding->node +
+       ", the other is not scheduled" +
+       (nodelet.empty() ? "" : " (it is of nodelet " + nodelet + ": a binding may name one)"));
   return nullptr;
 }
 
@@ -122,9 +126,8 @@ void Program::tell_missing() {
     const bool is_there =
         std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == binding; });
     if (is_there) continue;
-    ROS_WARN("catan: %s has not asked for %s in %d s, which is to be node %s; the others go on",
-             owner_of(binding).c_str(), describe(binding).c_str(), static_cast<int>(kAllShouldBeThere.count()),
-             binding.node.c_str());
+    warn(owner_of(binding) + " has not asked for " + describe(binding) + " in " +
+         std::to_string(kAllShouldBeThere.count()) + " s, which is to be node " + binding.node + "; the others go on");
   }
 }
 

@@ -25,8 +25,9 @@ namespace catan_ros {
 
 class Program {
  public:
-  // `message_runs` may be null: it could not be had, which the program's log says.
-  Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs);
+  // `messages_file`: that message_runs.h is about; empty: there is none. Where it cannot be had, the program's log says
+  // so, and it goes on without.
+  Program(std::vector<Binding> bindings, std::string messages_file);
 
   // The node of a callback of this program, which is to be called from that queue; null: no binding names it. Of
   // several of the same name the first is the node, as long as it is there; the others stay as they are. Where the
@@ -56,7 +57,8 @@ class Program {
   void tell_missing();
 
   const std::vector<Binding> all_bindings_;
-  const std::unique_ptr<MessageRuns> message_runs_;
+  const std::string messages_file_;
+  const std::unique_ptr<MessageRuns> message_runs_;  // null: none
   KeptMessages kept_;
   std::mutex mutex_;
   std::optional<std::vector<Binding>> bindings_;  // of this ROS node

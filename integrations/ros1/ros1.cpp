@@ -190,7 +190,7 @@ extern "C" const catan_ros::Hooks* catan_ros1_hooks() {
   std::optional<std::vector<Binding>> bindings = parse_bindings(text != nullptr ? text : "");
   if (!bindings || bindings->empty()) return nullptr;
   const char* const messages = std::getenv(kMessageRunsVariable);
-  g_program = new Program(std::move(*bindings), messages != nullptr ? MessageRuns::open(messages) : nullptr);
+  g_program = new Program(std::move(*bindings), messages != nullptr ? messages : "");
   static const Hooks kHooks{subscribe,
                             advertise_service,
                             create_timer,

@@ -182,13 +182,12 @@ bool is_unknown_to_master() {
 
 // Until the node has to register again, or the process is to end.
 void spin() {
-  ros::WallTime look_at = ros::WallTime::now() + ros::WallDuration(kLookAtMasterEverySeconds);
-  while (ros::ok()) {
-    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
-    if (ros::WallTime::now() < look_at) continue;
-    if (is_unknown_to_master()) return;
-    look_at = ros::WallTime::now() + ros::WallDuration(kLookAtMasterEverySeconds);
-  }
+  do {
+    const ros::WallTime look_at = ros::WallTime::now() + ros::WallDuration(kLookAtMasterEverySeconds);
+    while (ros::ok() && ros::WallTime::now() < look_at) {
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
+    }
+  } while (ros::ok() && !is_unknown_to_master());
 }
 
 }  // namespace

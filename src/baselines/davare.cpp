@@ -139,7 +139,7 @@ class Davare {
         bound.add({static_cast<int>(graph.node(*soft.node).subchain->index()), 1.0, 0.0, 0.0});
       }
       if (bound.parts.empty()) continue;  // nothing can be done about it
-      bound.limit = soft.asked.count();
+      bound.asked = soft.asked.count();
       program_.bounds.push_back(std::move(bound));
     }
   }
@@ -305,7 +305,7 @@ class Davare {
     }
     outcome.factor = 1.0;
     for (const LatencySum& bound : program_.bounds) {
-      outcome.factor = std::max(outcome.factor, value(bound, outcome) / bound.limit);
+      outcome.factor = std::max(outcome.factor, value(bound, outcome) / bound.asked);
     }
     outcome.objective = value(program_.objective, outcome);
     return outcome;

@@ -113,8 +113,8 @@ class Barrier {
       Jet room = sum(bound, x);
       room.gradient *= -1.0;
       room.hessian *= -1.0;
-      room.value = (relaxing_ ? x[free_] : factor_) * bound.limit - room.value;
-      if (relaxing_) room.gradient[free_] += bound.limit;
+      room.value = (relaxing_ ? x[free_] : factor_) * bound.asked - room.value;
+      if (relaxing_) room.gradient[free_] += bound.asked;
       if (!(room.value > 0.0)) return std::nullopt;
       all.add_barrier(room);
     }
@@ -252,7 +252,7 @@ std::optional<VectorXd> any_start(const PeriodProgram& program, const Barrier& b
 double factor_of(const PeriodProgram& program, const Barrier& barrier, const VectorXd& x) {
   double factor = 0.0;
   for (const LatencySum& bound : program.bounds) {
-    factor = std::max(factor, barrier.sum(bound, x).value / bound.limit);
+    factor = std::max(factor, barrier.sum(bound, x).value / bound.asked);
   }
   return factor;
 }

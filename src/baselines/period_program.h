@@ -7,7 +7,7 @@
 // this one in other variables; here it is solved by a barrier method with Newton steps, which needs no solver.
 //
 //   minimise   objective(t, r)
-//   such that  bound(t, r) <= limit * factor, r_i <= t_i, and each period within its limits
+//   such that  bound(t, r) <= asked * factor, r_i <= t_i, and each period within its limits
 //
 // with the least factor >= 1 for which there is a solution.
 //
@@ -37,7 +37,7 @@ struct LatencySum {
     double emits = 0.0;
   };
   double constant = 0.0;
-  double limit = 0.0;  // of a bound
+  double asked = 0.0;  // of a bound
   std::vector<Part> parts;
 
   void add(const Part& part);  // into a part of the same task, where there is one

@@ -12,7 +12,7 @@ PeriodTask task(double cost, double burst, std::vector<int> higher) {
   return {cost, burst, std::move(higher), 0.0, 1e4, 0.0};
 }
 
-LatencySum sum(std::vector<LatencySum::Part> parts, double limit = 0.0) { return {0.0, limit, std::move(parts)}; }
+LatencySum sum(std::vector<LatencySum::Part> parts, double asked = 0.0) { return {0.0, asked, std::move(parts)}; }
 
 // One task by itself has no reason to wait: its period is its cost.
 TEST(PeriodProgram, ATaskAloneRunsOneRunAfterTheOther) {

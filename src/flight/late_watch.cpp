@@ -17,7 +17,7 @@ LateWatch::LateWatch(const graph::App& app, const std::vector<WatchedChain>& cha
   }
 }
 
-std::optional<Nanos> LateWatch::Chain::limit() const {
+std::optional<Nanos> LateWatch::Chain::asked_or_promised() const {
   if (watched.over) return watched.over;
   return bound ? bound : promised;
 }
@@ -27,9 +27,9 @@ std::optional<LateResponse> LateWatch::take() { return std::exchange(worst_, std
 void LateWatch::add(const record::Run& run) {
   for (Chain& chain : chains_) {
     for (const record::ChainSample& sample : chain.tracker.add(run)) {
-      const std::optional<Nanos> limit = chain.limit();
-      if (!sample.response || !limit || *sample.response <= *limit || sample.begin < from_) continue;
-      const LateResponse late{chain.watched.term, *sample.response, *limit, sample.begin + *sample.response};
+      const std::optional<Nanos> allowed = chain.asked_or_promised();
+      if (!sample.response || !allowed || *sample.response <= *allowed || sample.begin < from_) continue;
+      const LateResponse late{chain.watched.term, *sample.response, *allowed, sample.begin + *sample.response};
       if (!worst_ || late.response - late.over > worst_->response - worst_->over) worst_ = late;
     }
   }

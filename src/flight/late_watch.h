@@ -36,7 +36,7 @@ class LateWatch : public record::PartialSink {
   // Responses that began before `from` do not count. `app` outlives it. Precondition: the terms are response times.
   LateWatch(const graph::App& app, const std::vector<WatchedChain>& chains, TimePoint from);
 
-  // Of the late responses since the last call, the one that exceeded its limit by most; none: there was none.
+  // Of the late responses since the last call, the one that exceeded its bound by most; none: there was none.
   std::optional<LateResponse> take();
 
   void add(const record::Run& run) override;
@@ -51,7 +51,7 @@ class LateWatch : public record::PartialSink {
     std::optional<Nanos> bound;
     std::optional<Nanos> promised;
 
-    std::optional<Nanos> limit() const;
+    std::optional<Nanos> asked_or_promised() const;
   };
 
   const graph::App& app_;

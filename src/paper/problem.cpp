@@ -144,7 +144,7 @@ double objective_of(std::span<const Metric> terms, std::span<const Timing> timin
 
 double factor_of(std::span<const Metric> bounds, std::span<const Timing> timings) {
   double factor = 1.0;
-  for (const Metric& bound : bounds) factor = std::max(factor, value_of(bound, timings) / bound.limit);
+  for (const Metric& bound : bounds) factor = std::max(factor, value_of(bound, timings) / bound.asked);
   return factor;
 }
 
@@ -163,7 +163,7 @@ Problem make_problem(const graph::App& app, const model::CostTable& costs, int c
     if (limits.exact) {
       subchain.exact_period = limits.exact->count();
       problem.exact.push_back(period_of(app, *limits.exact_of));
-      problem.exact.back().limit = subchain.exact_period;
+      problem.exact.back().asked = subchain.exact_period;
     }
     for (std::size_t kind = 0; kind < problem.cores.size(); ++kind) {
       const Costs costs_there{by_kind[kind], by_kind[kind].without_waits()};
@@ -177,7 +177,7 @@ Problem make_problem(const graph::App& app, const model::CostTable& costs, int c
   for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
     problem.bounds.push_back(bound.term ? metric_of(app, costs, app.objective[*bound.term])
                                         : period_of(app, *bound.node));
-    problem.bounds.back().limit = bound.asked.count();
+    problem.bounds.back().asked = bound.asked.count();
   }
   return problem;
 }

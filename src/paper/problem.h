@@ -40,7 +40,7 @@ struct Metric {
     double runs = 1.0;  // of it, that come to one output
   };
   double weight = 0.0;    // of a term
-  double limit = 0.0;     // of a bound
+  double asked = 0.0;     // of a bound
   double constant = 0.0;  // what unscheduled nodes add, and waits
   std::vector<Part> latency;
   std::vector<Slowest> slowest;  // the longest time between outputs of these subchains is added, once ...

@@ -216,7 +216,7 @@ class Formulation {
   void add_bound(const Metric& bound, const Monomial& relaxed) {
     Written& written = bounds_.emplace_back();
     Posynomial sum = posynomial(bound, written);
-    for (Monomial& monomial : sum) monomial = 1.0 / bound.limit * std::move(monomial) * relaxed;
+    for (Monomial& monomial : sum) monomial = 1.0 / bound.asked * std::move(monomial) * relaxed;
     if (sum.empty()) return;
     const std::size_t before = program_.constraints.size();
     require(std::move(sum));
@@ -255,7 +255,7 @@ class Formulation {
 
   Prices::Open open(std::size_t i, double price, const GeometricSolution& solution) const {
     const double period = value_of(periods_[i], solution.x);
-    // In time: what a limit is worth that p meets just so.
+    // In time: what a bound is worth that p meets just so.
     const auto worth = [&](const std::optional<std::size_t>& constraint) {
       return constraint ? solution.duals[*constraint] * solution.value / period : 0.0;
     };
@@ -277,12 +277,12 @@ class Formulation {
       if (!bound.bound) continue;
       const double dual = solution.duals[*bound.bound];
       if (goal_.minimise_factor) {
-        add(bound, dual / std::max(1.0, sum) / bound.metric->limit, solution.duals, prices);
+        add(bound, dual / std::max(1.0, sum) / bound.metric->asked, solution.duals, prices);
       } else {
-        const double limit = bound.metric->limit * goal_.factor;
-        const double weight = dual * solution.value / limit;
+        const double asked = bound.metric->asked * goal_.factor;
+        const double weight = dual * solution.value / asked;
         add(bound, weight, solution.duals, prices);
-        prices.constant -= weight * limit;
+        prices.constant -= weight * asked;
       }
     }
     if (goal_.minimise_factor) prices.constant += std::max(0.0, 1.0 - sum);

@@ -180,12 +180,12 @@ class Analysis {
 
   // --- Exclusive groups ---
 
-  // Whether a run may leave its core since another has its group that waits or is on another core.
+  // Whether a run may leave its core since another has its exclusive group that waits or is on another core.
   bool kept_away(SubchainId subchain) const {
     for (const NodeId node : app_.graph.subchain(subchain).nodes) {
-      const std::optional<std::size_t> group = app_.graph.node(node).exclusive;
-      if (!group) continue;
-      for (const NodeId other : app_.exclusive[*group].nodes) {
+      const std::optional<std::size_t> exclusion = app_.graph.node(node).exclusive;
+      if (!exclusion) continue;
+      for (const NodeId other : app_.exclusive[*exclusion].nodes) {
         const std::optional<SubchainId> of = app_.graph.node(other).subchain;
         if (of == subchain) continue;
         if (!of || by_kind_.front().wait(other) > Millis{0}) return true;
@@ -203,24 +203,25 @@ class Analysis {
     if (member == core.members.end()) return std::nullopt;
     return static_cast<std::size_t>(member - core.members.begin());
   }
-  // Calls `use` for each node of another subchain, or unscheduled, that is in a group with a node of the member's.
+  // Calls `use` for each node of another subchain, or unscheduled, that is in an exclusive group with one of the
+  // member's.
   template <class Use>
   void for_each_excluded(const CorePlan& core, std::size_t rank, Use use) const {
     const SubchainId own = core.members[rank].subchain;
     for (const NodeId node : app_.graph.subchain(own).nodes) {
-      const std::optional<std::size_t> group = app_.graph.node(node).exclusive;
-      if (!group) continue;
-      for (const NodeId other : app_.exclusive[*group].nodes) {
+      const std::optional<std::size_t> exclusion = app_.graph.node(node).exclusive;
+      if (!exclusion) continue;
+      for (const NodeId other : app_.exclusive[*exclusion].nodes) {
         if (app_.graph.node(other).subchain != own) use(other);
       }
     }
   }
-  // How long a run of the node keeps its group, on the core of that member.
+  // How long a run of the node keeps its exclusive group, on the core of that member.
   Millis hold_of(const Member& member, NodeId node) const {
     const model::CostTable& costs = by_kind_[app_.kind_of(plan_.subchains[member.subchain.index()].cores.front())];
     return costs[node].single_thread() / (1.0 - plan_.slack) + costs.wait(node);
   }
-  // For runs below it that had a group before, which it or one above it wants; and for unscheduled ones.
+  // For runs below it that had an exclusive group before, which it or one above it wants; and for unscheduled ones.
   Millis blocked_below(const CorePlan& core, std::size_t rank) const {
     if (app_.exclusive.empty()) return Millis{0};
     const Member& member = core.members[rank];
@@ -260,7 +261,7 @@ class Analysis {
     });
     return sum;
   }
-  // Whether one above it may wait while it holds a group.
+  // Whether one above it may wait while it holds an exclusive group.
   bool held_by_waiting(const CorePlan& core, std::size_t rank) const {
     bool any = false;
     for_each_excluded(core, rank, [&](NodeId other) {

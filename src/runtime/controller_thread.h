@@ -93,6 +93,7 @@ class ControllerThread final : public driver::Actuator {
   // (wake_budget.h).
   void sleep(std::uint32_t seen, TimePoint until);
 
+ private:
   // --- driver::Actuator ---
   const Assignment& assignment() override { return controls_.board.read(number_); }
   std::optional<dispatch::RunState> take(SubchainId id) override;
@@ -114,7 +115,6 @@ class ControllerThread final : public driver::Actuator {
   void hang_changed(SubchainId id, bool began, TimePoint at) override;
   void over_budget(const dispatch::Overrun& overrun) override;
 
- private:
   static constexpr std::size_t kReports = 8192;
   static constexpr std::size_t kWords = 5;
   enum class Report : std::uint64_t { kTrigger, kHangBegan, kHangEnded, kOverBudget, kSlot, kSteal, kWokeLate };

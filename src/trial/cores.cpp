@@ -50,7 +50,7 @@ void Cores::continue_work(Job job) {
   if (core.current == job) core.current = kNoJob;
 }
 
-void Cores::suspend(int number) {
+void Cores::pause(int number) {
   Core& core = at(number);
   jobs_[core.current].away = true;
   remove(core, core.current);

@@ -52,7 +52,7 @@ class Cores {
   // The same run goes on with something else, to begin when the job has the core: last among those of its rank.
   void continue_work(Job job);
   // The current job of the core waits, until it comes back with something else to begin.
-  void suspend(int core);
+  void pause(int core);
   void resume(Job job);
   // The current job of the core has no work any more.
   void end_work(int core);

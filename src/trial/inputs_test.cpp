@@ -64,7 +64,7 @@ TEST(TrialInputs, WhoseInputIsNotKnownIsNotHeldBack) {
   EXPECT_EQ(world.timeline["b"], "0-2 10-12 20-22");
 }
 
-// b, above c on its core and in a group with it, waits for a until 8.
+// b, above c on its core and in an exclusive group with it, waits for a until 8.
 TEST(TrialInputs, WhoWaitsKeepsNeitherItsCoreNorItsGroup) {
   graph::AppSpec spec = graph::spec_of({"a", "b", "c"}, {"a b"});
   graph::node(spec, "b").needs_input = true;

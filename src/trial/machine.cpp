@@ -237,7 +237,7 @@ void Machine::settle() {
       cores_.begin(core, begin_job(job, core));
       continue;
     }
-    cores_.suspend(core);
+    cores_.pause(core);
     touch(core);
     if (lacks) await_input(job);
   }
@@ -318,7 +318,7 @@ bool Machine::waits(Job job) const {
 void Machine::wait(Job job, int core) {
   Node& node = nodes_[node_of(job).index()];
   // Threads of a pipeline go on where there is a core for them.
-  job < first_pipe_thread() ? cores_.suspend(core) : cores_.end_work(core);
+  job < first_pipe_thread() ? cores_.pause(core) : cores_.end_work(core);
   set_timer(source_of_wait(job), now_ + std::exchange(node.wait, Nanos{0}), node.timers_set);
 }
 

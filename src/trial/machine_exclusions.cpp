@@ -9,11 +9,11 @@ namespace ctn::trial {
 // Null: the job's node is in none.
 Machine::Exclusion* Machine::exclusion_of(Job job) {
   if (exclusions_.empty() || job >= first_pipe_thread()) return nullptr;
-  const std::optional<std::size_t> group = app_.graph.node(node_of(job)).exclusive;
-  return group ? &exclusions_[*group] : nullptr;
+  const std::optional<std::size_t> exclusion = app_.graph.node(node_of(job)).exclusive;
+  return exclusion ? &exclusions_[*exclusion] : nullptr;
 }
 
-// Before a run begins or goes on. False: it is to wait until the group is its own.
+// Before a run begins or goes on. False: it is to wait until the exclusive group is its own.
 bool Machine::enter(Job job) {
   Exclusion* const exclusion = exclusion_of(job);
   if (exclusion == nullptr || exclusion->holder == job) return true;

@@ -336,7 +336,7 @@ TEST(Trial, RunsOfAnExclusiveGroupDoNotOverlap) {
   EXPECT_NEAR(figures.busy[0], 0.2, 1e-9) << "who waits uses nothing";
 }
 
-// On one core high and low are a group, middle is not. When high wants it, low goes on above middle.
+// On one core high and low are an exclusive group, middle is not in it. When high wants it, low goes on above middle.
 TEST(Trial, WhoIsWaitedForInAnExclusiveGroupIsRaised) {
   graph::AppSpec spec = graph::spec_of({"high", "middle", "low", "end"}, {"high end", "middle end", "low end"});
   graph::node(spec, "end").external = true;

@@ -93,8 +93,9 @@ void ProgramsTest::write_app_of_work(const std::string& keys, const std::string&
                         " } }\nobjective: [ { period: work, weight: 1 } ]\n" + more);
 }
 
-void ProgramsTest::write_binding_of_work(const std::string& ros_node, const std::string& file) const {
-  write(file, "catan: 1\nros: { work: { node: " + ros_node + ", topic: /data } }\n");
+void ProgramsTest::write_binding_of_work(const std::string& ros_node, const std::string& file,
+                                         const std::string& callback) const {
+  write(file, "catan: 1\nros: { work: { node: " + ros_node + ", " + callback + " } }\n");
 }
 
 void ProgramsTest::write_app_of_nodelets(const std::string& camera, const std::string& others) const {

@@ -49,7 +49,8 @@ class ProgramsTest : public testing::Test {
   // app.yaml: an app of one node, `work`, with these keys; `more`: lines that follow.
   void write_app_of_work(const std::string& keys, const std::string& more = "") const;
   // That node is what the ROS node does with a message on /data.
-  void write_binding_of_work(const std::string& ros_node, const std::string& file = "bind.yaml") const;
+  void write_binding_of_work(const std::string& ros_node, const std::string& file = "bind.yaml",
+                             const std::string& callback = "topic: /data") const;
   // app.yaml: the nodelets program's camera, with these keys, and the two behind it, with those. bind.yaml has their
   // callbacks.
   void write_app_of_nodelets(const std::string& camera, const std::string& others = "") const;

@@ -151,7 +151,7 @@ TEST_F(ProgramsTest, ASpinnerOfSeveralThreadsGoesOnBesideABoundCallback) {
 // Who asks waits until it is the service's turn.
 TEST_F(ProgramsTest, AServiceIsScheduled) {
   write_app_of_work("fallback_rate: 20Hz");
-  write("bind.yaml", "catan: 1\nros: { work: { node: /server, service: /question } }\n");
+  write_binding_of_work("/server", "bind.yaml", "service: /question");
   write_launcher({"server --service /question --beside /ticks --burn 2 --counts server.json",
                   "client --timer 10 --ask /question --counts client.json", "ticks --timer 10 --out /ticks"});
   const int run = start_under_catan("--scheduler default -- ./launch.sh");

@@ -58,11 +58,11 @@ void be_triggered(os::Os& os, const SharedApp& app, int cpu) {
 class Triggering {
  public:
   Triggering(runtime::ControllerThread& controller, const BenchContext& context, Agreement& agreement)
-      : controller_(controller), os_(context.os), cpu_(context.core), agreement_(agreement) {}
+      : controller_(controller), actuator_(controller), os_(context.os), cpu_(context.core), agreement_(agreement) {}
 
   void run(TimePoint until) {
     if (done = place_this_thread(os_, os::Level::kDispatcher, cpu_); !done) return;
-    controller_.await_completion(kSubchain, true, controller_.completed(kSubchain));
+    actuator_.await_completion(kSubchain, true, actuator_.completed(kSubchain));
     for (std::uint32_t turn = 0; done && os_.now() < until; ++turn) {
       // Long enough for all to be asleep, and of no fixed rhythm.
       pause(turn);
@@ -84,9 +84,9 @@ class Triggering {
   bool trigger_once(std::uint64_t number) {
     const std::uint32_t seen = controller_.wake_count();
     const TimePoint sent = os_.now();
-    controller_.trigger(kSubchain, number, sent);
+    actuator_.trigger(kSubchain, number, sent);
     controller_.sleep(seen, sent + kTimeout);
-    if (controller_.completed(kSubchain) < number) return false;
+    if (actuator_.completed(kSubchain) < number) return false;
     measured.push_back(first_instruction(agreement_) - sent);
     return true;
   }
@@ -101,6 +101,7 @@ class Triggering {
   }
 
   runtime::ControllerThread& controller_;
+  driver::Actuator& actuator_;  // the same
   os::Os& os_;
   int cpu_;
   Agreement& agreement_;
