@@ -321,6 +321,31 @@ TEST_F(SimulationApi, RunsThatAreChargedCostThatAndNeedNoCostFile) {
   EXPECT_NEAR(simulation->snapshot().chains[0].latency_ms.mean, 9.0, 1e-9);
 }
 
+// think is charged k ms, the others' costs are in the file: each times what is said of all, times what of it alone.
+TEST_F(SimulationApi, NodesAreSlowedEachByItself) {
+  write(costs_, "look: 2ms\npush: 2ms\n");
+  SimulationOptions chosen = options();
+  chosen.slowdown = 1.5;
+  chosen.slowdowns = {{"think", 0.5}, {"push", 3.0}};
+  auto simulation = Simulation::open(app_, chosen);
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  std::vector<nanoseconds> looks;
+  std::vector<nanoseconds> pushes;
+  simulation->node("look", [&](ctn::Run&) { looks.push_back(simulation->now()); });
+  simulation->node("think", [&](ctn::Run& run) {
+    run.charge(milliseconds{1});
+    run.charge(milliseconds{1} * (run.number() - 1));
+    EXPECT_EQ(run.charged(), milliseconds{1} * run.number()) << "what is charged is not what it costs";
+  });
+  simulation->on_effect("push", [&](ctn::Run&) { pushes.push_back(simulation->now()); });
+  ASSERT_TRUE(simulation->run_for(milliseconds{200}).ok());
+  ASSERT_GE(pushes.size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(pushes[k] - looks[k],
+              nanoseconds{static_cast<std::int64_t>(1e6 * (3.0 + 0.75 * static_cast<double>(k + 1) + 9.0))});
+  }
+}
+
 TEST_F(SimulationApi, NodesOfWhichNothingSaysWhatTheyCostAreNamed) {
   write(costs_, "look: 2ms\n");
   auto simulation = open();
@@ -432,6 +457,8 @@ TEST_F(SimulationApi, OpenRefusesWhatCannotBe) {
   EXPECT_TRUE(refused([](SimulationOptions& o) { o.cores = 1000; }));
   EXPECT_TRUE(refused([](SimulationOptions& o) { o.slowdown = 0.0; }));
   EXPECT_TRUE(refused([](SimulationOptions& o) { o.slowdown = std::nan(""); }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.slowdowns = {{"think", -1.0}}; }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.slowdowns = {{"nothing", 1.0}}; }));
   EXPECT_FALSE(refused([](SimulationOptions&) {}));
 }
 

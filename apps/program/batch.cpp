@@ -4,13 +4,13 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "program/snapshot_json.h"
+#include "program/text_file.h"
 
 namespace ctn::program {
 namespace {
@@ -58,9 +58,7 @@ Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& 
       return fmt::format("run {} of {}, seed {}: {}", number, seeds.count, seed, words);
     };
     if (keeps && std::filesystem::exists(path, error)) {
-      std::ostringstream text;
-      text << std::ifstream(path, std::ios::binary).rdbuf();
-      const auto words = steps.take(text.str(), path.string(), seed);
+      const auto words = steps.take(text_of_file(path.string()).value_or(""), path.string(), seed);
       if (!words) return words.error();
       steps.tell(line_of(*words) + " (from " + path.string() + ")");
       continue;

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <sstream>
-
 #include "program/fingerprint.h"
+#include "program/text_file.h"
 
 namespace ctn::program {
 
@@ -18,9 +16,7 @@ std::string fingerprint_of(std::string_view contents) {
 std::map<std::string, std::string> fingerprints_of(const std::vector<std::pair<std::string, std::string>>& files) {
   std::map<std::string, std::string> fingerprints;
   for (const auto& [name, path] : files) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    if (!path.empty() && text << file.rdbuf()) fingerprints[name] = fingerprint_of(text.str());
+    if (const auto text = text_of_file(path)) fingerprints[name] = fingerprint_of(*text);
   }
   return fingerprints;
 }

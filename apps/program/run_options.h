@@ -25,11 +25,12 @@ SessionOptions session_options(const Options& options, std::function<void(const 
   return result;
 }
 
-// Each run charges what it costs.
+// Each run charges what it costs, which is multiplied by the machine's ratio where the options have one.
 template <class Options>
 SimulationOptions simulation_options(const Options& options) {
   SimulationOptions result;
   result.slowdown = options.slowdown;
+  result.slowdowns = options.calibration.of(options.seed);
   result.policy = options.policy;
   result.cores = options.cores;
   result.seed = options.seed;

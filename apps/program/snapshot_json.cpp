@@ -27,10 +27,11 @@ Json chains_of(const Snapshot& snapshot) {
   return chains;
 }
 
-Json nodes_of(const Snapshot& snapshot) {
+Json nodes_of(const Snapshot& snapshot, const CostRatios& ratios) {
   Json nodes = Json::object();
   for (const NodeSnapshot& node : snapshot.nodes) {
     nodes[node.name] = {{"rate_hz", node.rate_hz}, {"compute_ms", json_of(node.compute_ms)}};
+    if (ratios.contains(node.name)) nodes[node.name]["cost_ratio"] = ratios.at(node.name);
   }
   return nodes;
 }
@@ -78,9 +79,9 @@ Json json_of(const ThreadUse& use) {
   return json;
 }
 
-void add_snapshot(const Snapshot& snapshot, Json& document) {
+void add_snapshot(const Snapshot& snapshot, const CostRatios& ratios, Json& document) {
   document["chains"] = chains_of(snapshot);
-  document["nodes"] = nodes_of(snapshot);
+  document["nodes"] = nodes_of(snapshot, ratios);
   document["plans"] = snapshot.plans;
   document["notices"] = snapshot.notices;
 }
@@ -102,11 +103,13 @@ std::string list_of(const std::vector<Figure>& figures) {
   return text;
 }
 
-std::string table_of_nodes(const Snapshot& snapshot) {
-  std::string text = "  node        rate Hz   compute ms mean     p95\n";
+std::string table_of_nodes(const Snapshot& snapshot, const CostRatios& ratios) {
+  std::string text =
+      fmt::format("  node        rate Hz   compute ms mean     p95{}\n", ratios.empty() ? "" : " x charged");
   for (const NodeSnapshot& node : snapshot.nodes) {
-    text += fmt::format("  {:<10} {:>8.2f} {:>17.3f} {:>7.3f}\n", node.name, node.rate_hz, node.compute_ms.mean,
-                        node.compute_ms.p95);
+    text += fmt::format("  {:<10} {:>8.2f} {:>17.3f} {:>7.3f}{}\n", node.name, node.rate_hz, node.compute_ms.mean,
+                        node.compute_ms.p95,
+                        ratios.contains(node.name) ? fmt::format(" {:>9.2f}", ratios.at(node.name)) : "");
   }
   return text;
 }

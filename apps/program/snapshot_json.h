@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "catan/snapshot.h"
+#include "program/calibration.h"
 #include "program/figures.h"
 #include "program/thread_use.h"
 
@@ -33,13 +34,14 @@ std::string machine_of(bool virtual_time, int cores, const Snapshot& snapshot);
 // Text: a figure a line.
 std::string list_of(const std::vector<Figure>& figures);
 
-// Text: rates and compute times of nodes.
-std::string table_of_nodes(const Snapshot& snapshot);
+// Text: rates and compute times of nodes, and in how far these are what is charged in virtual time, where it is known.
+std::string table_of_nodes(const Snapshot& snapshot, const CostRatios& ratios);
 
 // Adds to a document on which machine the run with these options of an app took place, and what it read (inputs.h).
 template <class Options>
 void add_machine(const Options& options, nlohmann::ordered_json& document) {
   document["inputs"] = options.inputs;
+  document["calibration"] = options.calibration.of(options.seed);
   if (options.virtual_time) {
     document["cores"] = options.cores;
   } else {
@@ -47,8 +49,16 @@ void add_machine(const Options& options, nlohmann::ordered_json& document) {
   }
 }
 
-// Adds chains, nodes, the number of plans, and notices.
-void add_snapshot(const Snapshot& snapshot, nlohmann::ordered_json& document);
+// Adds chains, nodes (with their `cost_ratio`, where it is known), the number of plans, and notices.
+void add_snapshot(const Snapshot& snapshot, const CostRatios& ratios, nlohmann::ordered_json& document);
+
+// What is the same of all runs of a batch, by `identity`, JSON of what one of them was asked for.
+template <class Options>
+nlohmann::ordered_json batch_document(const std::string& identity, const Options& options) {
+  nlohmann::ordered_json document = nlohmann::ordered_json::parse(identity);
+  if (options.calibration.by_seed()) document.erase("calibration");
+  return document;
+}
 
 // Whether a document is the outcome of a run: an object that has `figures`.
 bool has_figures(const nlohmann::ordered_json& document);

@@ -25,9 +25,12 @@ class Run {
   // The node's mode in this run, an index into `modes` of the app file. Default 0.
   void set_mode(std::uint32_t mode) { mode_ = mode; }
   // In a virtual run (catan/simulation.h): what the run's work was worth, in CPU time on a core of speed 1, all of its
-  // threads added up. It is taken in place of what the cost file says; several calls add up. In a session it does
-  // nothing: there the CPU time counts that the run really uses.
+  // threads added up. It is taken in place of what the cost file says; several calls add up. In a session nothing
+  // comes of it: there the CPU time counts that the run really uses.
   void charge(std::chrono::nanoseconds cpu);
+  // What the run has been charged so far, in a session, too: beside the CPU time that it used it says how much faster
+  // or slower the machine is than the one where the work's worth was measured (SimulationOptions::slowdowns).
+  std::chrono::nanoseconds charged() const { return charged_.value_or(std::chrono::nanoseconds{0}); }
   // This run gives no output: successors are not triggered, and what it wrote is discarded.
   void skip_output() { emits_ = false; }
 

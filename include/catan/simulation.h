@@ -39,6 +39,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,14 +79,17 @@ struct SimulationOptions {
   // Of other nodes: external ones tick at a phase that is always the same, unscheduled ones begin a period after the
   // start.
   std::vector<SimulatedClock> clocks{};
+  // By node: beyond `slowdown`, each of its runs costs so many times as much, also where it is charged. So a simulation
+  // is like the machine on which it was measured what runs cost beside what they are charged (Run::charged()).
+  std::map<std::string, double> slowdowns{};
 };
 
 class Simulation {
  public:
   // Errors (kCaller): all that is wrong with the two files; a policy that there is not, or that cannot schedule this
-  // app; another number of cores than the app lists, or more than can be simulated; a slowdown that is not above 0; a
-  // clock of a node that has none, or twice of one, or that ticks before the start or at no period; a record that
-  // cannot be made.
+  // app; another number of cores than the app lists, or more than can be simulated; a slowdown that is not above 0, or
+  // of a node that there is not; a clock of a node that has none, or twice of one, or that ticks before the start or at
+  // no period; a record that cannot be made.
   static Result<Simulation> open(const std::string& app_file, const SimulationOptions& options);
 
   Simulation(Simulation&&) noexcept;

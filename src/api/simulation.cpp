@@ -63,6 +63,28 @@ Result<std::vector<Ticks>> ticks_of(const std::vector<SimulatedClock>& clocks, c
   return ticks;
 }
 
+// By NodeId.
+Result<std::vector<double>> slowdowns_of(const SimulationOptions& options, const graph::Graph& graph) {
+  std::vector<Problem> problems;
+  const auto check = [&problems](double slowdown, const std::string& of) {
+    if (slowdown > 0.0 && std::isfinite(slowdown)) return;
+    problems.push_back({{}, {}, fmt::format("a slowdown of {}{}", slowdown, of), "give a number above 0"});
+  };
+  check(options.slowdown, "");
+  std::vector<double> slowdowns(graph.nodes().size(), options.slowdown);
+  for (const auto& [name, slowdown] : options.slowdowns) {
+    check(slowdown, " of node " + name);
+    const std::optional<NodeId> node = graph.find_node(name);
+    if (node) {
+      slowdowns[node->index()] *= slowdown;
+    } else {
+      problems.push_back({{}, {}, fmt::format("a slowdown of '{}', which is no node", name), "leave it out"});
+    }
+  }
+  if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
+  return slowdowns;
+}
+
 // Of a cost file, if there is one.
 Result<config::PartialWorkload> load_costs(const std::string& file, const graph::App& app) {
   if (!file.empty()) return config::load_partial_workload(file, app);
@@ -170,15 +192,15 @@ Result<Simulation> Simulation::open(const std::string& app_file, const Simulatio
   if (!costs) return costs.error();
   Result<api::SimulatedPolicy> policy = api::simulated_policy(options.policy, *app);
   if (!policy) return policy.error();
-  if (!(options.slowdown > 0.0) || !std::isfinite(options.slowdown)) {
-    return Error::caller(fmt::format("a slowdown of {}", options.slowdown), "give a number above 0");
-  }
+  Result<std::vector<double>> slowdowns = slowdowns_of(options, app->graph);
+  if (!slowdowns) return slowdowns.error();
   Result<std::vector<Ticks>> clocks = ticks_of(options.clocks, app->graph);
   if (!clocks) return clocks.error();
   sim::Options chosen = simulator_options(options, *app, std::move(*policy));
   chosen.phases.clocks = std::move(*clocks);
   auto simulation = sim::Simulation::create(
-      *app, std::make_unique<sim::DrawnCosts>(*app, costs->work, options.seed, options.slowdown, costs->given), chosen);
+      *app, std::make_unique<sim::DrawnCosts>(*app, costs->work, options.seed, std::move(*slowdowns), costs->given),
+      chosen);
   if (!simulation) return simulation.error();
   return Simulation(std::make_unique<Impl>(std::move(*app), std::move(*simulation), std::move(costs->given)));
 }

@@ -40,9 +40,10 @@ std::unique_ptr<Simulation> charging(const graph::App& app, Body body, int cores
                                      const std::string& costs = "", const std::string& record = "") {
   Options options = on_ideal_machine(*policy::make_policy("default"), cores);
   if (!record.empty()) options.recording = {.path = record, .note = {}};
-  auto drawn = costs.empty() ? std::make_unique<DrawnCosts>(app, model::Workload(app.graph), 1, slowdown,
+  const std::vector<double> slowdowns{slowdown};
+  auto drawn = costs.empty() ? std::make_unique<DrawnCosts>(app, model::Workload(app.graph), 1, slowdowns,
                                                             std::vector<bool>{false})
-                             : std::make_unique<DrawnCosts>(app, parse_costs(app, costs), 1, slowdown);
+                             : std::make_unique<DrawnCosts>(app, parse_costs(app, costs), 1, slowdowns);
   auto made = Simulation::create(app, std::move(drawn), options);
   EXPECT_TRUE(made.ok());
   (*made)->set_body(NodeId(0), std::move(body));
@@ -227,9 +228,9 @@ scheduler: { bootstrap: 1s }
 )");
   const std::vector<bool> given(2, false);
   for (const bool charges : {false, true}) {
-    auto simulation =
-        *Simulation::create(app, std::make_unique<DrawnCosts>(app, model::Workload(app.graph), 1, 1.0, given),
-                            on_ideal_machine(*policy::make_policy("default")));
+    auto simulation = *Simulation::create(
+        app, std::make_unique<DrawnCosts>(app, model::Workload(app.graph), 1, std::vector<double>{}, given),
+        on_ideal_machine(*policy::make_policy("default")));
     simulation->set_body(NodeId(1), [](ctn::Run& run) { run.charge(milliseconds{5}); });
     if (charges) simulation->set_body(NodeId(0), [](ctn::Run& run) { run.charge(milliseconds{1}); });
     const Outcome outcome = after_ten_seconds(*simulation);

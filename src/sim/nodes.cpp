@@ -197,7 +197,7 @@ Nodes::Exclusion* Nodes::exclusion_of(const Node& node) {
   return node.described->exclusive ? &exclusions_[*node.described->exclusive] : nullptr;
 }
 
-// False: its run is to wait until the group is its own.
+// False: its run is to wait until the exclusive group is its own.
 bool Nodes::enter(Node& node) {
   Exclusion* const exclusion = exclusion_of(node);
   if (exclusion == nullptr || exclusion->holder == node.id.index()) return true;
@@ -226,7 +226,7 @@ void Nodes::leave(Node& node, int cpu) {
   cpus_.wake(nodes_[chosen].thread, cpu);
 }
 
-bool Nodes::waits_for_group(const Node& node) {
+bool Nodes::waits_for_exclusion(const Node& node) {
   const Exclusion* const exclusion = exclusion_of(node);
   return exclusion != nullptr &&
          std::find(exclusion->waiting.begin(), exclusion->waiting.end(), node.id.index()) != exclusion->waiting.end();
@@ -240,7 +240,7 @@ void Nodes::set_level_of(Node& node, int helper, Cpus::LevelNumber level) {
     return raise_holder(*exclusion);
   }
   cpus_.set_level(node.thread + static_cast<Cpus::Thread>(helper), level);
-  if (exclusion != nullptr && waits_for_group(node)) raise_holder(*exclusion);
+  if (exclusion != nullptr && waits_for_exclusion(node)) raise_holder(*exclusion);
 }
 
 void Nodes::raise_holder(const Exclusion& exclusion) {
@@ -278,8 +278,8 @@ bool Nodes::done(Cpus::Thread thread, int cpu) {
     cpus_.wake_at(thread, cpus_.now() + std::exchange(node.wait, Nanos{0}));
     return false;
   }
-  // It asked for input, or its group; by now that may be its own.
-  if (thread == node.thread && node.working == 0) return !sleeps_for_input(node) && !waits_for_group(node);
+  // It asked for input, or its exclusive group; by now that may be its own.
+  if (thread == node.thread && node.working == 0) return !sleeps_for_input(node) && !waits_for_exclusion(node);
   if (--node.working > 0) return false;  // the thread that works longest ends the run
   end_run(node, cpu);
   leave(node, cpu);
@@ -353,7 +353,7 @@ Nanos Nodes::share_of(Node& node, const model::RunDraw& draw, int cpu) {
   const std::size_t items = batches_.taken_by(node.run);
   if (!charge.cpu) return draw.cpu_with(items);
   node.run.mode = RunAccess::mode(node.seen);
-  return costs_.share_of_charge(*charge.cpu, node.threads, kinds_.of(cpu));
+  return costs_.share_of_charge(node.id, *charge.cpu, node.threads, kinds_.of(cpu));
 }
 
 void Nodes::check_charge(const Node& node, const RunAccess::Charge& charge) {

@@ -190,7 +190,7 @@ class Nodes {
   Exclusion* exclusion_of(const Node& node);
   bool enter(Node& node);
   void leave(Node& node, int cpu);
-  bool waits_for_group(const Node& node);
+  bool waits_for_exclusion(const Node& node);
   void set_level_of(Node& node, int helper, Cpus::LevelNumber level);
   void raise_holder(const Exclusion& exclusion);
   bool lacks_input(const Node& node) const;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "graph/app.h"
@@ -27,26 +28,28 @@ class RunCosts {
   // Whether draw() says what the node's runs cost; else these must charge it themselves.
   virtual bool knows(NodeId /*node*/) const { return true; }
   // What each of its `threads` threads burns in a run that was charged so much (>= 0), begun on a core of that kind.
-  virtual Nanos share_of_charge(Nanos charged, int threads, std::size_t /*kind*/) const { return charged / threads; }
+  virtual Nanos share_of_charge(NodeId /*node*/, Nanos charged, int threads, std::size_t /*kind*/) const {
+    return charged / threads;
+  }
 };
 
-// Drawn from a cost file's distributions: what `catan run --synthetic` with the same seed burns. On a machine that is
-// `slowdown` times as slow (> 0), each run costs so many times as much, also where it was charged. `given`: by NodeId,
+// Drawn from a cost file's distributions: what `catan run --synthetic` with the same seed burns. On a slower machine
+// each run costs `slowdowns` times as much (by NodeId, > 0; empty: 1), also where it was charged. `given`: by NodeId,
 // for which nodes the file says anything; empty: for all. An unscheduled node that it leaves out costs nothing.
 class DrawnCosts : public RunCosts {
  public:
-  DrawnCosts(const graph::App& app, const model::Workload& work, std::uint64_t seed, double slowdown = 1.0,
+  DrawnCosts(const graph::App& app, const model::Workload& work, std::uint64_t seed, std::vector<double> slowdowns = {},
              const std::vector<bool>& given = {})
-      : seed_(seed), known_(app.graph.nodes().size(), true) {
+      : seed_(seed), slowdowns_(std::move(slowdowns)), known_(app.graph.nodes().size(), true) {
+    slowdowns_.resize(known_.size(), 1.0);
     for (std::size_t node = 0; node < given.size(); ++node) {
       known_[node] = given[node] || app.graph.nodes()[node].unscheduled;
     }
     for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
       model::Workload& there = by_kind_.emplace_back(work.on(app, kind));
-      charge_factors_.push_back(app.core_kinds.empty() ? slowdown : slowdown / app.core_kinds[kind].speed);
-      if (slowdown == 1.0) continue;
-      for (std::size_t node = 0; node < app.graph.nodes().size(); ++node) {
-        there.set(NodeId(node), there[NodeId(node)].times(slowdown));
+      speeds_.push_back(app.core_kinds.empty() ? 1.0 : app.core_kinds[kind].speed);
+      for (std::size_t node = 0; node < known_.size(); ++node) {
+        if (slowdowns_[node] != 1.0) there.set(NodeId(node), there[NodeId(node)].times(slowdowns_[node]));
       }
     }
   }
@@ -56,15 +59,17 @@ class DrawnCosts : public RunCosts {
     return by_kind_[kind].draw(seed_, node, number, since_start, threads);
   }
   bool knows(NodeId node) const override { return known_[node.index()]; }
-  Nanos share_of_charge(Nanos charged, int threads, std::size_t kind) const override {
-    return to_nanos(std::min(to_millis(charged) * charge_factors_[kind] / threads, model::kLongestRun));
+  Nanos share_of_charge(NodeId node, Nanos charged, int threads, std::size_t kind) const override {
+    const double factor = slowdowns_[node.index()] / speeds_[kind];
+    return to_nanos(std::min(to_millis(charged) * factor / threads, model::kLongestRun));
   }
 
  private:
   std::vector<model::Workload> by_kind_;
-  std::vector<double> charge_factors_;  // by kind
+  std::vector<double> speeds_;  // by kind
   std::uint64_t seed_;
-  std::vector<bool> known_;  // by NodeId
+  std::vector<double> slowdowns_;  // by NodeId, as the next
+  std::vector<bool> known_;
 };
 
 }  // namespace ctn::sim

@@ -66,6 +66,7 @@ void add_life(Study& study, const std::vector<Scheduler>& schedulers, Conditions
       batch.label += live ? " in life" : " in virtual time";
       batch.reference = !live;
       batch.live = live;
+      if (!live) batch.calibration = std::string(scheduler.name) + "/life";
     }
     add_group(study, scheduler.name, std::move(batches));
   }

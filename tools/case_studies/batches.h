@@ -51,7 +51,8 @@ std::vector<Batch> batches_of(const std::vector<Scheduler>& schedulers, const Co
 // Adds batches that are compared among themselves.
 void add_group(Study& study, const std::string& group, std::vector<Batch> batches);
 
-// Adds a group a scheduler: the conditions in virtual time, which is its reference, and on a CPU in real time.
+// Adds a group a scheduler: the conditions on a CPU in real time, and in virtual time, which is its reference and whose
+// runs cost as much as life's of the same seed.
 void add_life(Study& study, const std::vector<Scheduler>& schedulers, Conditions conditions, int cpu);
 
 // Of a figure that runs have by that name.

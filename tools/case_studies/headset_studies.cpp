@@ -332,9 +332,9 @@ Study headset_life(const Setting& setting) {
               .text =
                   "The headset with a triggered camera on one core again, with the same seeds in real time, one run "
                   "after the other and nothing else beside them; and in virtual time. In life all that the wearer sees "
-                  "is drawn, and the camera gives the newest of pictures that were drawn before, 60 a second. What a "
-                  "run of a node costs in virtual time was measured on another machine, so that it may cost more or "
-                  "less on this one.",
+                  "is drawn, and the camera gives the newest of pictures that were drawn before, 60 a second. In "
+                  "virtual time runs of each node cost as many times what they are charged as in the run in life with "
+                  "the same seed, so that what differs is how they are scheduled.",
               .missing = setting.no_life,
               .measurements = {},
               .batches = {},

@@ -176,7 +176,10 @@ TEST(HeadsetLife, IsWithinTenPercentOrNot) {
   EXPECT_EQ(claim.verdict, Verdict::kFailed);
   EXPECT_THAT(claim.measured, HasSubstr("B 24.1 in life, 20.1 (-17 %)"));
   EXPECT_EQ(claim_with(study, runs, "FIFO").verdict, Verdict::kHeld);
-  for (const Batch& batch : study.batches) EXPECT_EQ(batch.live, batch.name.ends_with("/life"));
+  for (const Batch& batch : study.batches) {
+    EXPECT_EQ(batch.live, batch.name.ends_with("/life"));
+    EXPECT_EQ(batch.calibration, batch.live ? "" : batch.group + "/life");
+  }
 }
 
 }  // namespace

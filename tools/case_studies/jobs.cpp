@@ -52,6 +52,11 @@ Job measuring(const Study& study, const Measurement& measurement, const Plan& pl
           .writes = record.string()};
 }
 
+Stage stage_of(const Batch& batch) {
+  if (batch.live) return Stage::kLive;
+  return batch.calibration.empty() ? Stage::kVirtual : Stage::kCalibrated;
+}
+
 struct Turn {
   const Study* study;
   const Batch* batch;
@@ -68,6 +73,9 @@ Job running(const Turn& turn, const Plan& plan) {
   if (!batch.costs.empty()) {
     arguments.insert(arguments.end(), {"--costs", record_of(folder, batch.costs).string()});
   }
+  if (!batch.calibration.empty()) {
+    arguments.insert(arguments.end(), {"--calibration", (folder / batch.calibration).string()});
+  }
   const std::uint64_t seed = plan.seed + static_cast<std::uint64_t>(turn.first);
   arguments.insert(arguments.end(), {"--seed", std::to_string(seed), "--runs", std::to_string(turn.runs), "--out",
                                      (folder / batch.name).string()});
@@ -78,7 +86,7 @@ Job running(const Turn& turn, const Plan& plan) {
               batch.runs),
           .command = "exec " + command_of(app_of(study, plan).program, arguments),
           .seconds = batch.seconds * turn.runs,
-          .live = batch.live};
+          .stage = stage_of(batch)};
 }
 
 // Threads that take one job after the other.
@@ -217,13 +225,13 @@ Jobs make_jobs(const std::vector<Study>& studies, const Plan& plan) {
 Ran run_jobs(const std::vector<Job>& jobs, int at_a_time, const std::string& log, const std::function<int()>& signal,
              const std::function<void(const std::string&)>& tell) {
   Ran ran;
-  for (const bool live : {false, true}) {
+  for (const Stage stage : {Stage::kVirtual, Stage::kLive, Stage::kCalibrated}) {
     std::vector<const Job*> these;
     for (const Job& job : jobs) {
-      if (job.live == live) these.push_back(&job);
+      if (job.stage == stage) these.push_back(&job);
     }
     if (these.empty() || ran.signal != 0) continue;
-    const Ran more = Crew(these, log, tell).run(live ? 1 : at_a_time, signal);
+    const Ran more = Crew(these, log, tell).run(stage == Stage::kLive ? 1 : at_a_time, signal);
     ran.signal = more.signal;
     ran.failed.insert(ran.failed.end(), more.failed.begin(), more.failed.end());
   }

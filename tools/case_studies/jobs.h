@@ -1,4 +1,4 @@
-// From studies to command lines, and running these: several at a time, those in real time one by one and last.
+// From studies to command lines, and running these: several at a time, those in real time one by one.
 //
 // A study's runs are in `FOLDER/STUDY/BATCH/run-SEED.json`, where the app's program itself keeps them: what is there it
 // does not run again. Measurements are records, `FOLDER/STUDY/NAME.catan`. Batches are run in turns of a few runs each,
@@ -23,11 +23,14 @@
 
 namespace ctn::case_studies {
 
+// In this order: those in real time when no others run, and then what is to cost as much as in these.
+enum class Stage { kVirtual, kLive, kCalibrated };
+
 struct Job {
   std::string name;     // "map2/catan, runs 3 to 4 of 20"
   std::string command;  // for a shell
   double seconds = 0;   // that its runs last at most
-  bool live = false;
+  Stage stage = Stage::kVirtual;
   std::string writes{};  // a file that the command writes as this name with ".unfinished" added; empty: none
 };
 

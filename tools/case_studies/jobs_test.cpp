@@ -96,16 +96,31 @@ TEST_F(JobsTest, FailuresStopNothingElse) {
 
 TEST_F(JobsTest, AFileAppearsOnlyWhenItIsWhole) {
   const std::string half = "echo half >" + file("a/record") + ".unfinished; ";
-  EXPECT_THAT(run({{"measure", half + "exit 1", 1.0, false, file("a/record")}}).failed, ElementsAre("measure"));
+  EXPECT_THAT(run({{"measure", half + "exit 1", 1.0, Stage::kVirtual, file("a/record")}}).failed,
+              ElementsAre("measure"));
   EXPECT_FALSE(std::filesystem::exists(file("a/record")));
-  EXPECT_TRUE(run({{"measure", half + "exit 0", 1.0, false, file("a/record")}}).failed.empty());
+  EXPECT_TRUE(run({{"measure", half + "exit 0", 1.0, Stage::kVirtual, file("a/record")}}).failed.empty());
   EXPECT_EQ(text_of("a/record"), "half\n");
 }
 
-TEST_F(JobsTest, LiveOnesRunAloneAndLast) {
+TEST_F(JobsTest, LiveOnesRunAloneAndWhatIsCalibratedByThemAfterwards) {
   const std::string log = "exec sh -c 'echo $0 >>" + file("order") + "' ";
-  EXPECT_TRUE(run({{"live", log + "live", 1.0, true}, {"virtual", log + "virtual", 1.0}}).failed.empty());
-  EXPECT_EQ(text_of("order"), "virtual\nlive\n");
+  EXPECT_TRUE(run({{"calibrated", log + "calibrated", 1.0, Stage::kCalibrated},
+                   {"live", log + "live", 1.0, Stage::kLive},
+                   {"virtual", log + "virtual", 1.0}})
+                  .failed.empty());
+  EXPECT_EQ(text_of("order"), "virtual\nlive\ncalibrated\n");
+}
+
+TEST_F(JobsTest, ABatchIsCalibratedByWhatAnotherMeasuredInLife) {
+  Study study = sample_study();
+  study.batches[0].live = true;
+  study.batches[1].calibration = study.batches[0].name;
+  const Jobs jobs = make_jobs({study}, plan());
+  EXPECT_EQ(jobs.runs[0].stage, Stage::kLive);
+  EXPECT_THAT(jobs.runs[0].command, Not(HasSubstr("--calibration")));
+  EXPECT_EQ(jobs.runs[1].stage, Stage::kCalibrated);
+  EXPECT_THAT(jobs.runs[1].command, HasSubstr("'--calibration' '" + file("sample/catan") + "'"));
 }
 
 TEST_F(JobsTest, ASignalEndsWhatRunsAndBeginsNothing) {

@@ -376,8 +376,8 @@ Study life(const Setting& setting) {
               .title = "Virtual time beside life",
               .text =
                   "The first study again, with the same seeds in real time, one run after the other and nothing "
-                  "else beside them; and in virtual time. What a run of a node costs in virtual time was measured "
-                  "on another machine, so that it may cost more or less on this one.",
+                  "else beside them; and in virtual time. There runs of each node cost as many times what they are "
+                  "charged as in the run in life with the same seed, so that what differs is how they are scheduled.",
               .missing = setting.no_life,
               .measurements = {},
               .batches = {},

@@ -24,9 +24,10 @@ struct Batch {
   bool reference = false;
   std::vector<std::string> arguments;  // of the program, beside seeds, runs, folder and costs
   int runs = 0;
-  std::string costs;   // the measurement whose record it plans by; empty: none
-  bool live = false;   // in real time: nothing else may run meanwhile
-  double seconds = 0;  // that a run lasts at most, for the estimate of the time left
+  std::string costs;          // the measurement whose record it plans by; empty: none
+  bool live = false;          // in real time: nothing else may run meanwhile
+  std::string calibration{};  // the batch in real time as in whose runs those of equal seeds cost; empty: none
+  double seconds = 0;         // that a run lasts at most, for the estimate of the time left
 };
 
 // A run of its own, recorded, which says what runs of nodes cost.

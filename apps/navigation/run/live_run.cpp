@@ -17,6 +17,7 @@ namespace ctn::navigation::run {
 namespace {
 
 constexpr std::chrono::seconds kMayBeginLate(10);
+constexpr std::chrono::seconds kLeftOut(1);  // of what runs cost
 
 // Takes longer than the world's thread may, so this is done here.
 Status draw_all(WorldThread& robot, const std::optional<Album>& album) {
@@ -39,7 +40,8 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
   Drive drive(world, options.seed);
   WorldThread robot(drive);
   Nodes nodes(robot, world.goal, detector);
-  nodes.attach(*session, options.slowdown);
+  program::CostMeter meter(options.slowdown, kLeftOut);
+  nodes.attach(*session, options.slowdown, meter);
 
   std::optional<Album> album;
   if (!options.pictures.empty()) {
@@ -77,6 +79,7 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
   outcome.objective_by_time = objective.values();
   Status stopped = session->stop();
   robot.stop();
+  outcome.cost_ratios = meter.ratios();
   if (!stopped) return stopped.error();
   if (drawn) drawn = draw_all(robot, album);
   if (!drawn) return drawn.error();

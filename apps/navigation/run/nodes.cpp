@@ -201,13 +201,14 @@ std::vector<Nodes::Functions> Nodes::functions(Host& host, Seeing seeing) {
   return all;
 }
 
-void Nodes::attach(Session& session, double slowdown) {
+void Nodes::attach(Session& session, double slowdown, program::CostMeter& meter) {
   for (Functions& functions : this->functions(session, Seeing::kReally)) {
-    session.node(functions.node, [body = program::slowed(std::move(functions.body), slowdown),
-                                  effect = std::move(functions.effect)](Run& run) {
+    auto whole = [body = program::slowed(std::move(functions.body), slowdown),
+                  effect = std::move(functions.effect)](Run& run) {
       body(run);
       if (effect) effect(run);
-    });
+    };
+    session.node(functions.node, meter.metered(functions.node, std::move(whole)));
   }
 }
 

@@ -33,6 +33,7 @@
 #include "nodes/local_planner.h"
 #include "nodes/navigation_command.h"
 #include "nodes/scan_filter.h"
+#include "program/calibration.h"
 #include "run/detector_chain.h"
 #include "run/hardware.h"
 
@@ -44,8 +45,9 @@ class Nodes {
   // which begins as the world's; none: the robot explores. `detector`: null where there is none.
   Nodes(Hardware& hardware, const std::optional<Point>& goal, std::shared_ptr<DetectorChain> detector);
 
-  // Gives the session all functions. Each run burns `slowdown` - 1 times its own CPU time more.
-  void attach(Session& session, double slowdown);
+  // Gives the session all functions. Each run burns `slowdown` - 1 times its own CPU time more. `meter`: of what runs
+  // cost; must outlive the session's threads.
+  void attach(Session& session, double slowdown, program::CostMeter& meter);
   // The same in virtual time, where what a run does to the robot happens when the run ends.
   void attach(Simulation& simulation);
 

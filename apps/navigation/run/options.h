@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "program/calibration.h"
 #include "program/leave.h"
 
 namespace ctn::navigation::run {
@@ -26,10 +27,12 @@ struct Options {
   double slowdown = 1.0;
   double mover_speed = 1.0;  // what the speeds of all movers are multiplied by
   bool virtual_time = false;
-  int cores = 1;                   // in virtual time
-  std::string detector = "none";   // none, hog, yolo
-  std::vector<std::string> model;  // of yolo: FILE.cfg, FILE.weights and, if given, the names of its classes
-  std::string film;                // that the camera plays; empty: Debian's
+  int cores = 1;                     // in virtual time
+  std::string calibration_file;      // or folder, of runs in life; empty: none
+  program::Calibration calibration;  // that of the file, once it is read
+  std::string detector = "none";     // none, hog, yolo
+  std::vector<std::string> model;    // of yolo: FILE.cfg, FILE.weights and, if given, the names of its classes
+  std::string film;                  // that the camera plays; empty: Debian's
   int runs = 1;
   std::string out;       // folder of a batch's outcomes; empty: they are not kept
   std::string pictures;  // folder; empty: none

@@ -96,6 +96,7 @@ TEST(Options, MistakesLeaveWithTwo) {
   EXPECT_EQ(code_of({"--seed", "x"}), 2);
   EXPECT_EQ(code_of({"--runs", "0"}), 2);
   EXPECT_EQ(code_of({"--cores", "2"}), 2) << "only in virtual time";
+  EXPECT_EQ(code_of({"--calibration", "life.json"}), 2) << "only in virtual time";
   EXPECT_EQ(code_of({"--virtual", "--cores", "0"}), 2);
   EXPECT_EQ(code_of({"--virtual", "--cpus", "0"}), 2);
   EXPECT_EQ(code_of({"--runs", "2", "--record", "r"}), 2) << "a record is of one run";

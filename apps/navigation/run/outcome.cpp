@@ -192,7 +192,7 @@ std::string to_json(const Outcome& outcome) {
   json["objective_ms_by_10s"] = program::json_of(outcome.objective_by_time);
   json["contacts"] = contacts_of(found);
   json["appearances"] = appearances_of(found);
-  program::add_snapshot(outcome.snapshot, json);
+  program::add_snapshot(outcome.snapshot, outcome.cost_ratios, json);
   if (outcome.world_thread) json["world_thread"] = program::json_of(*outcome.world_thread);
   return program::text_of(json);
 }
@@ -212,7 +212,7 @@ std::string to_text(const Outcome& outcome) {
     text += fmt::format("  contact with {} after {:.3f} s at ({:.2f}, {:.2f}), {:.2f} m/s\n", name_of(contact),
                         in_seconds(contact.at), contact.pose.x, contact.pose.y, contact.speed);
   }
-  text += program::table_of_nodes(outcome.snapshot);
+  text += program::table_of_nodes(outcome.snapshot, outcome.cost_ratios);
   if (outcome.world_thread) {
     text += fmt::format("  world's thread: {:.2f} % of a CPU; readings at most {:.1f} ms late\n",
                         100.0 * outcome.world_thread->cpu_share, outcome.world_thread->late_ms_max);

@@ -25,8 +25,9 @@ struct Outcome {
   std::optional<double> shortest_way;  // to the goal, metres
   Findings findings;
   Snapshot snapshot;
-  ByTime objective_by_time;   // objective.h
-  double took_seconds = 0.0;  // of real time; not in what is printed, which is the same each time
+  program::CostRatios cost_ratios;  // of a run in life
+  ByTime objective_by_time;         // objective.h
+  double took_seconds = 0.0;        // of real time; not in what is printed, which is the same each time
   std::optional<program::ThreadUse> world_thread;
   int signal = 0;  // that ended it early; 0: none
 };

@@ -138,6 +138,7 @@ TEST(Program, InLifeItDrives) {
     EXPECT_GT(json["figures"]["way_m"].get<double>(), 0.0) << scheduler;
     EXPECT_GT(json["world_thread"]["cpu_share"].get<double>(), 0.0);
     EXPECT_FALSE(json.contains("cores"));
+    EXPECT_GT(json["nodes"]["LM"]["cost_ratio"].get<double>(), 0.0) << scheduler;
   }
 }
 

@@ -34,7 +34,7 @@ Result<Batch> run_batch(const Options& options, const std::function<Result<Outco
 }
 
 std::string to_json(const Batch& batch) {
-  BatchJson json = BatchJson::parse(identity_of(batch.options));
+  BatchJson json = program::batch_document(identity_of(batch.options), batch.options);
   json["runs"] = BatchJson::array();
   for (const StoredRun& run : batch.runs) {
     json["runs"].push_back({{"seed", run.seed}, {"figures", program::json_of(run.figures)}});

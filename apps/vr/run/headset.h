@@ -17,6 +17,9 @@
 
 namespace ctn::vr::run {
 
+// In life a sample is there so long before IMU looks, as if it had woken its driver.
+inline constexpr std::chrono::microseconds kSampleLead{200};
+
 // VIO knows where the headset was.
 struct Tracked {
   std::chrono::nanoseconds at{};        // when VIO said so

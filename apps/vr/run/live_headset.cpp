@@ -11,7 +11,7 @@ namespace {
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;
 
-constexpr nanoseconds kLead = std::chrono::microseconds(200);  // of a sample, before IMU looks
+constexpr nanoseconds kLook = std::chrono::microseconds(200);  // whether time has begun
 
 }  // namespace
 
@@ -36,7 +36,7 @@ nanoseconds LiveHeadset::now() const {
 }
 
 std::size_t LiveHeadset::samples() const {
-  if (begin_.load() == kNotBegun) begin_.store(steady_clock::now().time_since_epoch() - kLead);
+  if (begin_.load() == kNotBegun) begin_.store(steady_clock::now().time_since_epoch() - kSampleLead);
   return surroundings_.samples_by(now());
 }
 
@@ -51,7 +51,7 @@ void LiveHeadset::tracked(Tracked tracked) {
 }
 
 void LiveHeadset::run(const std::stop_token& stop, const Tell& tell) {
-  while (begin_.load() == kNotBegun && !stop.stop_requested()) std::this_thread::sleep_for(kLead);
+  while (begin_.load() == kNotBegun && !stop.stop_requested()) std::this_thread::sleep_for(kLook);
   const steady_clock::time_point begin(begin_.load());
   nanoseconds late{};
   for (nanoseconds tick = clock_.next(nanoseconds(0)); !stop.stop_requested(); tick += clock_.period) {

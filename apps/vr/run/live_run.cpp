@@ -40,7 +40,8 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
   if (!session) return session.error();
   LiveHeadset headset(**surroundings, clocks.display, **exposures);
   Nodes nodes(headset, **surroundings, options, std::move(drawing).value());
-  nodes.attach(*session);
+  program::CostMeter meter(options.slowdown, counted_from(end));
+  nodes.attach(*session, meter);
 
   Outcome outcome;
   outcome.options = options;
@@ -60,6 +61,7 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
   headset.stop();
   if (!stopped) return stopped.error();
   if (const auto failure = nodes.failure()) return *failure;
+  outcome.cost_ratios = meter.ratios();
   const Happened happened = headset.happened();
   outcome.figures = figures_of(happened, **surroundings, options.translational);
   add_responses(outcome, {samples, clocks.display, options.camera_hz ? std::optional(ready) : std::nullopt},

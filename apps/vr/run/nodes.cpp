@@ -284,19 +284,23 @@ std::vector<Nodes::Functions> Nodes::functions(Host& host) {
 double Nodes::slowdown_of(const char* node) const { return is_tracking(node) ? options_.tracking_slowdown : 1.0; }
 
 nanoseconds Nodes::cost_of_run(const char* node, nanoseconds begin, nanoseconds charged) const {
-  if (!drawing_) return nanoseconds(std::llround(options_.slowdown * static_cast<double>(charged.count())));
+  if (!drawing_) {
+    const double factor = options_.slowdown * program::ratio_of(options_.calibration.of(options_.seed), node);
+    return nanoseconds(std::llround(factor * static_cast<double>(charged.count())));
+  }
   const auto used = static_cast<double>((program::thread_cpu_time() - begin).count());
   return nanoseconds(std::llround(options_.slowdown * slowdown_of(node) * used));
 }
 
-void Nodes::attach(Session& session) {
+void Nodes::attach(Session& session, program::CostMeter& meter) {
   for (Functions& functions : this->functions(session)) {
     const double slowdown = options_.slowdown * slowdown_of(functions.node);
-    session.node(functions.node, [body = program::slowed(std::move(functions.body), slowdown),
-                                  effect = std::move(functions.effect)](Run& run) {
+    auto whole = [body = program::slowed(std::move(functions.body), slowdown),
+                  effect = std::move(functions.effect)](Run& run) {
       body(run);
       if (effect) effect(run);
-    });
+    };
+    session.node(functions.node, meter.metered(functions.node, std::move(whole)));
   }
 }
 

@@ -31,6 +31,7 @@
 #include "catan/session.h"
 #include "catan/simulation.h"
 #include "drawing/frame.h"
+#include "program/calibration.h"
 #include "run/drawing_parts.h"
 #include "run/headset.h"
 #include "run/options.h"
@@ -49,8 +50,9 @@ class Nodes {
   Nodes(Headset& headset, const Surroundings& surroundings, const Options& options,
         std::optional<DrawingParts> drawing);
 
-  // Gives the session all functions. Each run burns as much CPU time more as the options' slowdowns say.
-  void attach(Session& session);
+  // Gives the session all functions. Each run burns as much CPU time more as the options' slowdowns say. `meter`: of
+  // what runs cost; must outlive the session's threads.
+  void attach(Session& session, program::CostMeter& meter);
   // The same in virtual time, where what a run shows is shown when the run ends.
   void attach(Simulation& simulation);
 

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "program/calibration.h"
 #include "program/leave.h"
 
 namespace ctn::vr::run {
@@ -34,10 +35,12 @@ struct Options {
   double drift_ppm = 0.0;  // clocks are up to so much fast or slow
   double slowdown = 1.0;
   double tracking_slowdown = kPaperTracking;
-  std::string dataset;   // folder; empty: the simulated headset
-  std::string record;    // empty: none
-  std::string app_file;  // empty: made for these options
-  std::string pictures;  // folder; empty: none
+  std::string calibration_file;      // or folder, of runs in life; empty: none
+  program::Calibration calibration;  // that of the file, once it is read
+  std::string dataset;               // folder; empty: the simulated headset
+  std::string record;                // empty: none
+  std::string app_file;              // empty: made for these options
+  std::string pictures;              // folder; empty: none
   int runs = 1;
   std::string out;  // folder of a batch's outcomes; empty: they are not kept
   bool json = false;

@@ -94,6 +94,7 @@ TEST(Options, MistakesLeaveWithTwo) {
   EXPECT_EQ(code_of({"--warp", "sideways"}), 2);
   EXPECT_EQ(code_of({"--seconds", "0.5"}), 2);
   EXPECT_EQ(code_of({"--cores", "2"}), 2) << "only in virtual time";
+  EXPECT_EQ(code_of({"--calibration", "life.json"}), 2) << "only in virtual time";
   EXPECT_EQ(code_of({"--virtual", "--cpus", "0"}), 2);
   EXPECT_EQ(code_of({"--runs", "2", "--record", "r"}), 2) << "a record is of one run";
   EXPECT_EQ(code_of({"--out", "d"}), 2) << "only with --runs";

@@ -107,7 +107,7 @@ std::string to_json(const Outcome& outcome) {
   json["interrupted"] = outcome.signal != 0;
   json["figures"] = program::json_of(outcome.figures);
   json["relax_factor"] = outcome.snapshot.relax_factor;
-  program::add_snapshot(outcome.snapshot, json);
+  program::add_snapshot(outcome.snapshot, outcome.cost_ratios, json);
   if (outcome.display_thread) json["display_thread"] = program::json_of(*outcome.display_thread);
   return program::text_of(json);
 }
@@ -119,7 +119,7 @@ std::string to_text(const Outcome& outcome) {
       fmt::format("{} under '{}'{}, {}{}\n", note_of(options), options.scheduler,
                   options.stealing ? "" : " without stealing", machine, outcome.signal != 0 ? ", interrupted" : "");
   text += program::list_of(outcome.figures);
-  text += program::table_of_nodes(outcome.snapshot);
+  text += program::table_of_nodes(outcome.snapshot, outcome.cost_ratios);
   if (outcome.display_thread) {
     text += fmt::format("  display's thread: {:.2f} % of a CPU; ticks told at most {:.1f} ms late\n",
                         100.0 * outcome.display_thread->cpu_share, outcome.display_thread->late_ms_max);

@@ -20,7 +20,8 @@ struct Outcome {
   Options options;
   std::vector<program::Figure> figures;
   Snapshot snapshot;
-  double took_seconds = 0.0;  // of real time; not in what is printed, which is the same each time
+  program::CostRatios cost_ratios;  // of a run in life
+  double took_seconds = 0.0;        // of real time; not in what is printed, which is the same each time
   std::optional<program::ThreadUse> display_thread;
   int signal = 0;  // that ended it early; 0: none
 };

@@ -21,7 +21,7 @@ namespace ctn::vr::run {
 
 class Prepared {
  public:
-  // Errors: an app file that cannot be made or read.
+  // Errors: an app file that cannot be made, a calibration that cannot be read.
   static Result<Prepared> make(const Options& options);
 
   // With the app file, and fingerprints of what runs depend on.

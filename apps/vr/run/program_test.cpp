@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -19,6 +20,9 @@ using program::testing::run_command;
 Ended run(const std::string& arguments, const std::string& before = "") {
   return run_command(before + " '" VR_PROGRAM "' " + arguments);
 }
+
+// What runs cost beside what they are charged, in ms (sim/machine_costs.h): about.
+constexpr double kScheduling = 0.015;
 
 std::string temporary(const std::string& name) {
   return ::testing::TempDir() + "vr_program_" + std::to_string(getpid()) + "_" + name;
@@ -65,21 +69,37 @@ TEST(Program, InVirtualTimeABatchGoesOn) {
 TEST(Program, LeavesWithTwoOnAMistake) {
   for (const char* arguments :
        {"--virtual --scheduler fastest", "--app /nowhere/app.yaml --virtual", "--no-such-option", "--cores 2",
-        "--virtual --size 1x1", "--virtual --dataset /nowhere"}) {
+        "--virtual --size 1x1", "--virtual --dataset /nowhere", "--virtual --calibration /nowhere"}) {
     const Ended ended = run(arguments);
     EXPECT_EQ(ended.code, 2) << arguments;
     EXPECT_EQ(ended.out, "") << arguments;
   }
 }
 
-TEST(Program, InLifeItShows) {
-  const Ended ended = run("--json --seconds 3 --scheduler default --size 160x120 --camera 10");
+TEST(Program, InLifeItShowsAndInVirtualTimeRunsThenCostAsMuch) {
+  const std::string options = "--json --seconds 3 --scheduler default --size 160x120 --camera 10 ";
+  const Ended ended = run(options);
   if (cannot_draw(ended)) GTEST_SKIP() << "EGL is not installed";
   ASSERT_EQ(ended.code, 0);
   const auto json = nlohmann::json::parse(ended.out, nullptr, false);
   ASSERT_FALSE(json.is_discarded()) << ended.out;
   EXPECT_GT(json["figures"]["ticks"].get<double>(), 60.0);
   EXPECT_GT(json["display_thread"]["cpu_share"].get<double>(), 0.0);
+
+  const std::string file = temporary("life.json");
+  std::ofstream(file) << ended.out;
+  const auto compute = [&options](const std::string& more, const char* node) {
+    const auto simulated = nlohmann::json::parse(run(options + "--virtual " + more).out, nullptr, false);
+    EXPECT_FALSE(simulated.is_discarded());
+    return simulated["nodes"][node]["compute_ms"]["mean"].get<double>();
+  };
+  for (const char* node : {"Render", "Timewarp"}) {
+    const double ratio = json["nodes"][node]["cost_ratio"].get<double>();
+    const double charged = compute("", node) - kScheduling;
+    EXPECT_NEAR(compute("--calibration " + file, node), ratio * charged + kScheduling, 0.01 * ratio * charged + 0.01)
+        << node;
+  }
+  std::filesystem::remove(file);
 }
 
 }  // namespace

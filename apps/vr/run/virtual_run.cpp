@@ -95,9 +95,17 @@ DrawnClocks clocks_of(const Options& options) {
   return clocks;
 }
 
+DrawnClocks clocks_as_in_life(const Options& options) {
+  DrawnClocks clocks = clocks_of(options);
+  clocks.samples = {kImuPeriod, kImuPeriod};
+  clocks.display.first += kImuPeriod - kSampleLead;
+  clocks.exposures.first += kImuPeriod - kSampleLead;
+  return clocks;
+}
+
 Result<Outcome> run_virtually(const Options& options, const Watch& watch) {
   const auto started = std::chrono::steady_clock::now();
-  const DrawnClocks clocks = clocks_of(options);
+  const DrawnClocks clocks = options.calibration_file.empty() ? clocks_of(options) : clocks_as_in_life(options);
   const nanoseconds begin = clocks.samples.first;
   const auto surroundings = Surroundings::make(options, clocks.samples.period);
   if (!surroundings) return surroundings.error();

@@ -33,5 +33,8 @@ struct DrawnClocks {
   Clock exposures;
 };
 DrawnClocks clocks_of(const Options& options);
+// When they tick in life, since the session's start. There IMU is woken by the session, whose timers begin a period
+// after the start, and the other clocks' first ticks count from the first sample.
+DrawnClocks clocks_as_in_life(const Options& options);
 
 }  // namespace ctn::vr::run

@@ -94,6 +94,16 @@ TEST_F(VirtualRun, ACameraWithItsOwnRateGivesNoPictureTwice) {
   EXPECT_LT(figure(outcome, "floor_ms C"), 160.0);
 }
 
+TEST(DrawnClocks, AreInLifeThoseThatFollowFromTheSessionsStart) {
+  Options options;
+  options.seed = 5;
+  const DrawnClocks drawn = clocks_of(options);
+  const DrawnClocks life = clocks_as_in_life(options);
+  EXPECT_EQ(life.samples.first, kImuPeriod);
+  EXPECT_EQ(life.display.first, kImuPeriod - kSampleLead + drawn.display.first) << "as LiveHeadset counts";
+  EXPECT_EQ(life.exposures.first, kImuPeriod - kSampleLead + drawn.exposures.first);
+}
+
 TEST(DrawnClocks, FollowFromTheSeedAndDriftAsMuchAsIsAsked) {
   Options options;
   options.seed = 5;
