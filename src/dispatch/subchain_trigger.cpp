@@ -50,6 +50,11 @@ TimePoint grid_point(const Pacing& pacing, TimePoint earliest) {
   return Ticks{TimePoint{} + *pacing.phase, pacing.period}.next(earliest);
 }
 
+// Where the grid changes: no point before this is due any more, on a grid of that period.
+TimePoint first_on_new_grid(TimePoint now, TimePoint last, Nanos period) {
+  return std::max(now - period / kJustPassed, last + period / 2);
+}
+
 }  // namespace
 
 TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint> last) {
@@ -57,7 +62,7 @@ TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint
   // If its run is still under way, its end says when the next one is due.
   if (is_elastic(pacing) && pacing.max_in_flight == 1) return last ? std::max(now, *last + pacing.shortest) : now;
   if (!has_phase(pacing)) return last ? std::max(now, *last + pacing.period) : now;
-  return grid_point(pacing, last ? std::max(now, *last + pacing.period / 2) : now);
+  return grid_point(pacing, last ? first_on_new_grid(now, *last, pacing.period) : now);
 }
 
 SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent, std::uint64_t completed,
@@ -70,6 +75,7 @@ SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uin
       progress_at_(start),
       hanging_(hanging),
       silent_since_(start),
+      held_from_(start),
       allowed_(pacing.budget) {
   assert(pacing.period > Nanos{0} && completed <= sent);
 }
@@ -162,7 +168,7 @@ void SubchainTrigger::align(TimePoint now, const Ticks& clock) {
   grid_is_new_ = true;
   // A trigger that is owed comes when it can.
   if (due_ <= now && sent_ > 0) return;
-  due_ = grid_->next(sent_ == 0 ? now : std::max(now, last_due_ + grid_->period / 2));
+  due_ = grid_->next(sent_ == 0 ? now : first_on_new_grid(now, last_due_, grid_->period));
   grid_is_new_ = false;
 }
 
@@ -202,6 +208,7 @@ void SubchainTrigger::spend_trigger(TimePoint now) {
           : leader_runs() && !never_heard() ? Came::kWhileLeaderRan
                                             : Came::kWithoutOutput;
   silent_since_ = now;
+  held_from_ = std::max(output_due_.value_or(now), std::min(held_from_ + shortest(), now));
   leader_runs_before_ = leader_runs_.value_or(0);
   schedule_next(now);
   if (pacing_.after) due_ = due_without_output();
@@ -230,10 +237,12 @@ TimePoint SubchainTrigger::look_at_leader(TimePoint now) const {
   return first > now ? first : now + std::max(pacing_.period / kLooks, kShortestPeriod);
 }
 
+Nanos SubchainTrigger::shortest() const { return std::max(pacing_.shortest, kShortestPeriod); }
+
 // Outputs may come at any rate: their writer is not trusted.
 TimePoint SubchainTrigger::ready() const {
   if (!pacing_.after || sent_ == 0) return due_;
-  return std::max(due_, silent_since_ + std::max(pacing_.shortest, kShortestPeriod));
+  return std::max({due_, held_from_ + shortest(), silent_since_ + plan::held_apart(shortest())});
 }
 
 SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t completed) {

@@ -16,7 +16,9 @@
 //              under way, one trigger makes up for them as soon as that has ended, and the next one is due at the next
 //              point. Where the grid changes, or another controller held the subchain before, the next trigger is due
 //              at the first point that is half a period or more after the last trigger: on the same grid that is the
-//              next point, on another one nearest to a period.
+//              next point, on another one nearest to a period. One that has just passed (a kJustPassed-th of a period
+//              ago at most) is due at once: where the new grid is a little earlier than the old one, on which the
+//              trigger was not due yet, neither point would come otherwise, and none for nearly two periods.
 //              The clock may be one that is not ours, as a display's (align()): the grid then begins at its ticks, and
 //              follows it as it drifts, by no more than a kSlewed-th of a period with each trigger. Where what is known
 //              of the clock has changed by more than a quarter of its period, the grid is another one. Until something
@@ -27,14 +29,16 @@
 //              expected let it go faster; an input that has to wait makes it go slower until none has to.
 //   after      by each so-many-th output of its leader, which is another subchain or an unscheduled node, from when it
 //              begins to follow it. Outputs that come while a run is under way, or less than `shortest` after the last
-//              trigger, count, and one trigger follows when that is over. Without a trigger for silence_limit() it is
-//              triggered all the same, and then once a period until there are outputs again; of a leader that has never
-//              given one, after kFirstOutputWithin or a period, and once a period from then on. So a leader that is
-//              missing, stalled or slow does not silence its followers, nor does one that itself needs what they give
-//              before it gives anything. Nor does one that floods them trigger them more often than `shortest` says.
-//              Of a leader that does run, and gives nothing, no more is to be waited for: after idle_limit(), and then
-//              once a period as long as it runs. That breaks no promise (plan/promise.h): where it cannot run there is
-//              no trigger before silence_limit().
+//              trigger, count, and one trigger follows when that is over. A trigger that came later than that does not
+//              delay the next ones in turn: these come up to a fiftieth sooner (plan::held_apart()) until they are on
+//              time again, so that on average none comes more often than `shortest` says. Without a trigger for
+//              silence_limit() it is triggered all the same, and then once a period until there are outputs again; of a
+//              leader that has never given one, after kFirstOutputWithin or a period, and once a period from then on.
+//              So a leader that is missing, stalled or slow does not silence its followers, nor does one that itself
+//              needs what they give before it gives anything. Nor does one that floods them trigger them more often
+//              than `shortest` says. Of a leader that does run, and gives nothing, no more is to be waited for: after
+//              idle_limit(), and then once a period as long as it runs. That breaks no promise (plan/promise.h): where
+//              it cannot run there is no trigger before silence_limit().
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of
@@ -93,6 +97,9 @@ constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
 // By no more than this part of its period a grid is moved with each trigger: far more than quartzes ask for, and so
 // little that no run feels it.
 constexpr Nanos::rep kSlewed = 250;
+
+// A point of a new grid is due yet where it has passed no longer ago than this part of a period.
+constexpr Nanos::rep kJustPassed = 16;
 
 // What a run has used is not looked at more often, since looking takes about as long. So it may use that much more than
 // its budget.
@@ -176,6 +183,7 @@ class SubchainTrigger {
 
  private:
   bool may_overlap(std::uint64_t completed) const;
+  Nanos shortest() const;
   TimePoint ready() const;
   Ticks grid_of(const Ticks& clock) const;
   TimePoint next_by_clock(TimePoint now);
@@ -209,6 +217,7 @@ class SubchainTrigger {
   TimePoint heard_at_{};
   std::optional<TimePoint> output_due_;       // a trigger is due since the output that came then
   TimePoint silent_since_;                    // the last trigger
+  TimePoint held_from_;                       // when it should have come: the next is held apart from that
   std::optional<std::uint64_t> leader_runs_;  // that have ended
   std::uint64_t leader_runs_before_ = 0;      // ... by the last trigger
   enum class Came {

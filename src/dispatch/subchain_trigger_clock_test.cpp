@@ -56,6 +56,16 @@ TEST(SubchainTriggerByClock, GoesByTheSystemsClockUntilTheOtherIsKnown) {
       << "the grid changes once it is asked again, and then no sooner than half a period after the last trigger";
 }
 
+TEST(SubchainTriggerByClock, APointThatHasJustPassedOnTheNewGridIsDueAtOnce) {
+  SubchainTrigger trigger(TimePoint{}, to_clock(std::chrono::milliseconds{10}, std::chrono::milliseconds{4}));
+  const Ticks ticks{micros(3'000), std::chrono::milliseconds{10}};
+  const auto known = [&](TimePoint) { return std::optional(ticks); };
+  EXPECT_EQ(triggers_until(trigger, TimePoint{}, micros(16'900), known), (std::vector{micros(7'000)}));
+  trigger.change_pacing(micros(16'950), to_clock(std::chrono::milliseconds{10}, std::chrono::microseconds{3'900}));
+  EXPECT_EQ(triggers_until(trigger, micros(16'950), micros(40'000), known),
+            (std::vector{micros(16'950), micros(26'900), micros(36'900)}));
+}
+
 // 200 ppm slow: 2 us a period, in a minute more than one period.
 TEST(SubchainTriggerByClock, FollowsDrift) {
   const Pacing pacing = to_clock(std::chrono::milliseconds{10}, std::chrono::milliseconds{4});

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/testing/times.h"
+#include "base/ticks.h"
 #include "dispatch/subchain_trigger.h"
 
 namespace ctn::dispatch {
@@ -74,6 +75,48 @@ TEST(FollowingTrigger, OutputsThatComeTooSoonWait) {
     }
   }
   EXPECT_THAT(triggered_at, testing::ElementsAre(5, 13, 21, 29));
+}
+
+// When triggers are sent until `end`. Outputs come every `apart`; a trigger is sent 20 us after it may, since threads
+// take that long to wake, but one is 3 ms late.
+std::vector<TimePoint> late_once(Nanos apart, Nanos shortest, TimePoint end) {
+  Pacing pacing = after_another(1, apart);
+  pacing.shortest = shortest;
+  SubchainTrigger trigger(at(Nanos{0}), pacing);
+  std::vector<TimePoint> sent;
+  const auto step = [&](TimePoint now) {
+    trigger.hear(now, static_cast<std::uint64_t>(now.time_since_epoch() / apart), Ticks{at(Nanos{0}), apart}.last(now));
+    const auto decision = trigger.step(now, trigger.sent());
+    if (decision.trigger) sent.push_back(now);
+    return std::min(decision.ask_at, Ticks{at(Nanos{0}), apart}.next(now + Nanos{1}));
+  };
+  for (TimePoint now = at(Nanos{0}); now < end;) {
+    const bool is_late = sent.size() == 10;
+    now = step(now) + (is_late ? Nanos{milliseconds{3}} : Nanos{std::chrono::microseconds{20}});
+  }
+  return sent;
+}
+
+TEST(FollowingTrigger, ALateOneCatchesUpWithOutputsThatComeAsOftenAsItMay) {
+  const Nanos apart = std::chrono::microseconds{5'006};
+  const std::vector<TimePoint> sent = late_once(apart, milliseconds{5}, at(std::chrono::seconds{1}));
+  ASSERT_GT(sent.size(), 190U);
+  for (std::size_t k = 1; k < sent.size(); ++k) {
+    EXPECT_GE(sent[k] - sent[k - 1], milliseconds{5} * 49 / 50);
+    if (k < 60) continue;
+    const Nanos late = sent[k] - Ticks{at(Nanos{0}), apart}.last(sent[k]);
+    EXPECT_LE(late, std::chrono::microseconds{100}) << k;
+  }
+}
+
+TEST(FollowingTrigger, ALateOneIsTriggeredNoMoreOftenOnAverageThanItMay) {
+  const std::vector<TimePoint> sent = late_once(milliseconds{2}, milliseconds{5}, at(std::chrono::seconds{2}));
+  ASSERT_GT(sent.size(), 390U);
+  for (std::size_t k = 1; k < sent.size(); ++k) {
+    EXPECT_GE(sent[k] - sent[k - 1], milliseconds{5} * 49 / 50);
+    // From the first one on, which has come at once.
+    EXPECT_GE(sent[k] - sent.front(), milliseconds{5} * static_cast<Nanos::rep>(k) - std::chrono::microseconds{100});
+  }
 }
 
 TEST(FollowingTrigger, ALeaderThatHasGivenNothingYetDoesNotSilenceIt) {

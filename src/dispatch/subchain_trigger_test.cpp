@@ -244,6 +244,15 @@ TEST(PhasedTrigger, AChangedGridHoldsFromItsPointNearestToAPeriodOn) {
   EXPECT_EQ(next_after_change(milliseconds{40}, milliseconds{0}, milliseconds{3}), at(milliseconds{40}));
 }
 
+TEST(PhasedTrigger, APointThatHasJustPassedOnTheNewGridIsDueAtOnce) {
+  SubchainTrigger trigger(at(Nanos{0}), phased(milliseconds{10}, Nanos{0}));
+  ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);
+  const TimePoint now = at(std::chrono::microseconds{9'900});
+  trigger.change_pacing(now, phased(milliseconds{10}, std::chrono::microseconds{9'600}));
+  EXPECT_EQ(trigger.step(now, 1).trigger, at(std::chrono::microseconds{9'600}));
+  EXPECT_EQ(trigger.step(now, 2).ask_at, at(std::chrono::microseconds{19'600}));
+}
+
 TEST(PhasedTrigger, WhatIsOwedIsNotForgottenInAChange) {
   SubchainTrigger trigger(at(Nanos{0}), phased(milliseconds{10}, Nanos{0}));
   ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);

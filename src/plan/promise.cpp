@@ -90,8 +90,11 @@ class Analysis {
   }
 
   // The least time between any two triggers, however early outputs come: what is triggered by a pause or by outputs is
-  // held back until its period is over. 0: there is none.
-  static Millis held_apart(const Member& member) { return member.after || member.pause ? member.period : Millis{0}; }
+  // held back until its period is over, or nearly. 0: there is none.
+  static Millis held_apart(const Member& member) {
+    if (member.after) return to_millis(plan::held_apart(to_nanos(member.period)));
+    return member.pause ? member.period : Millis{0};
+  }
 
   static Millis silence_limit(const Member& member) { return to_millis(plan::silence_limit(to_nanos(member.period))); }
 

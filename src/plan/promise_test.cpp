@@ -49,6 +49,18 @@ TEST_F(PromiseTest, WhoIsTriggeredByOutputsMayComeEarly) {
   EXPECT_EQ(promised(kBatch).period, promised(kBatch).execution + Millis{10});
 }
 
+// Held apart by 40 ms, less the 0.8 ms by which it may catch up.
+TEST_F(PromiseTest, WhoIsTriggeredByOutputsIsHeldApartByNearlyAPeriod) {
+  member(kSlow).period = Millis{40};
+  const NodeId node = app.graph.subchain(kBatch).nodes.front();
+  const auto with_cost = [&](Millis cost) {
+    costs.set(node, model::CostProfile::constant(cost));
+    return promised(kBatch).execution;
+  };
+  EXPECT_EQ(with_cost(Millis{7}), Millis{7 + 20 + 2 * 6});
+  EXPECT_EQ(with_cost(Millis{7.5}), Millis{7.5 + 2 * 20 + 4 * 6});
+}
+
 // fast waits for 4 ms after each run; each second of its outputs triggers slow, above it, which is in one of the two
 // runs of fast that come before the next: 6 + 4 and 20 + 6 + 4.
 TEST_F(PromiseTest, WhoIsAboveItsLeaderWithAPauseMeetsOneOfItsRuns) {

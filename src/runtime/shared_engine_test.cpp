@@ -34,6 +34,17 @@ class SharedTest : public VirtualSession {
   void open(graph::App app, const std::string& policy, int cpus, const std::string& record = {}) {
     VirtualSession::open(std::move(app), *policy::make_policy(policy), cpus, record);
   }
+  // Of core 0, which a thread gets in ten seconds that would take all of it.
+  double share_of_an_ordinary_thread() {
+    const os::BusyThread other(fake, "other", os::CpuSet{0}, os::Level::kOrdinary, milliseconds{1});
+    const TimePoint begin = fake.now();
+    run_for(seconds{10});
+    Nanos had{0};
+    for (const os::FakeCpus::Stretch& stretch : fake.stretches()) {
+      if (stretch.level == os::Level::kOrdinary && stretch.cpu == 0) had += stretch.end - stretch.begin;
+    }
+    return to_millis(had) / to_millis(fake.now() - begin);
+  }
 };
 
 // By the formulas a run in two slices once a second makes frames of half a second. Its trigger is deferred instead.
@@ -79,16 +90,17 @@ TEST_F(SharedTest, OneCoreIsSharedAsPlanned) {
   }
 }
 
+// Of 6 %.
 TEST_F(SharedTest, OrdinaryThreadsGetTheSlack) {
+  open(in_frames(robot_app()), "catan", 1);
+  EXPECT_GE(share_of_an_ordinary_thread(), 0.055);
+}
+
+// Where a subchain comes a pause after its run has ended, its rate is higher than expected as long as runs cost less
+// than is planned with, which the slack is part of.
+TEST_F(SharedTest, OrdinaryThreadsGetMostOfTheSlackBesidePauses) {
   open(robot_app(), "catan", 1);
-  const os::BusyThread other(fake, "other", os::CpuSet{0}, os::Level::kOrdinary, milliseconds{1});
-  const TimePoint begin = fake.now();
-  run_for(seconds{10});
-  Nanos had{0};
-  for (const os::FakeCpus::Stretch& stretch : fake.stretches()) {
-    if (stretch.level == os::Level::kOrdinary && stretch.cpu == 0) had += stretch.end - stretch.begin;
-  }
-  EXPECT_GE(to_millis(had) / to_millis(fake.now() - begin), 0.055);
+  EXPECT_GE(share_of_an_ordinary_thread(), 0.05);
 }
 
 // Runs and triggers are numbered without a gap, and a head ran once for each trigger, but for one that was sent last.

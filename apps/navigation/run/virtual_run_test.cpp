@@ -89,7 +89,7 @@ TEST(VirtualRun, TheDetectorCostsWhatItsWorkIsWorth) {
 
 TEST(VirtualRun, WithoutStealingIsAnotherRun) {
   Options without = short_run("paper", 1);
-  without.slowdown = 3.0;  // so that runs are unfinished when their slots end
+  without.slowdown = 8.0;  // so that runs are unfinished when their slots end
   Options with = without;
   without.stealing = false;
   EXPECT_TRUE(outcome_of(without).findings.scan_ages != outcome_of(with).findings.scan_ages);
