@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 

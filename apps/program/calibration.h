@@ -13,6 +13,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -59,6 +60,7 @@ class Calibration {
   static Result<Calibration> read(const std::string& path, std::uint64_t first_seed, int runs);
 
   const CostRatios& of(std::uint64_t seed) const;
+  bool empty() const { return for_all_.empty() && by_seed_.empty(); }
   // Whether it has one for each seed.
   bool by_seed() const { return !by_seed_.empty(); }
 
@@ -66,5 +68,15 @@ class Calibration {
   CostRatios for_all_;
   std::map<std::uint64_t, CostRatios> by_seed_;
 };
+
+// That of the options' `calibration_file`, if they name one. Errors: those of Calibration::read().
+template <class Options>
+Status read_calibration(Options& options) {
+  if (options.calibration_file.empty()) return Done{};
+  auto calibration = Calibration::read(options.calibration_file, options.seed, options.runs);
+  if (!calibration) return calibration.error();
+  options.calibration = std::move(calibration).value();
+  return Done{};
+}
 
 }  // namespace ctn::program

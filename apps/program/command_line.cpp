@@ -70,6 +70,14 @@ CLI::Validator within(double min, double max) {
   return {check, fmt::format("from {} to {}", min, max)};
 }
 
+void add_calibration(CLI::App& app, std::string& file, CLI::Option* in_virtual_time) {
+  app.add_option("--calibration", file,
+                 "with --virtual: runs cost as much as in a run in real time, by what that printed with --json; or by "
+                 "the folder of a batch of those, each run by the one of its seed")
+      ->type_name("FILE|DIR")
+      ->needs(in_virtual_time);
+}
+
 std::string file_of_the_app(const std::string& name) {
   std::error_code error;
   const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();

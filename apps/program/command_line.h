@@ -26,6 +26,9 @@ Leave leave_over(const std::string& program, const std::string& mistake);
 // As CLI::Range, which lets NaN through.
 CLI::Validator within(double min, double max);
 
+// The option --calibration, which stores its value in `file`. `in_virtual_time`: the option --virtual.
+void add_calibration(CLI::App& app, std::string& file, CLI::Option* in_virtual_time);
+
 // The path of a file that belongs to the program: beside it (the build tree), or where it was installed to.
 std::string file_of_the_app(const std::string& name);
 

@@ -22,4 +22,11 @@ std::function<void(Run&)> slowed(std::function<void(Run&)> body, double slowdown
   };
 }
 
+std::function<void(Run&)> slowed(std::function<void(Run&)> body, std::function<void(Run&)> effect, double slowdown) {
+  return [body = slowed(std::move(body), slowdown), effect = std::move(effect)](Run& run) {
+    body(run);
+    if (effect) effect(run);
+  };
+}
+
 }  // namespace ctn::program

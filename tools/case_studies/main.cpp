@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 #include <system_error>
@@ -25,6 +24,7 @@
 #include "program/command_line.h"
 #include "program/fingerprint.h"
 #include "program/terminal.h"
+#include "program/text_file.h"
 #include "studies.h"
 #include "world/world_file.h"
 
@@ -46,11 +46,6 @@ struct Options {
   Setting setting;
 };
 
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 // In the build tree, seen from this program's folder; or where both were installed to.
 std::string find_program(const std::string& in_build, const std::string& name) {
   std::error_code error;
@@ -66,7 +61,7 @@ const std::string& program_of(const Options& options, const std::string& app) {
 // The name of the folder of a program's runs: runs of one build are not mixed with those of another, which may drive
 // otherwise. Empty: it cannot be read.
 std::string folder_of_build(const std::string& program) {
-  const std::string text = text_of(program);
+  const std::string text = program::text_of_file(program).value_or("");
   if (text.empty()) return {};
   program::Fingerprint fingerprint;
   fingerprint.add(text);

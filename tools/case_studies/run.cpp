@@ -1,8 +1,6 @@
 #include "run.h"
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -10,6 +8,7 @@
 
 #include "program/batch.h"
 #include "program/snapshot_json.h"
+#include "program/text_file.h"
 
 namespace ctn::case_studies {
 namespace {
@@ -50,9 +49,7 @@ Result<std::vector<StoredRun>> read_runs(const std::filesystem::path& folder, st
     const std::filesystem::path path = folder / program::file_of_run(first + static_cast<std::uint64_t>(number));
     std::error_code error;
     if (!std::filesystem::exists(path, error)) continue;
-    std::ostringstream text;
-    text << std::ifstream(path, std::ios::binary).rdbuf();
-    Result<StoredRun> run = parse_run(text.str(), path.string());
+    Result<StoredRun> run = parse_run(program::text_of_file(path.string()).value_or(""), path.string());
     if (!run) return run.error();
     runs.push_back(std::move(run).value());
   }

@@ -97,11 +97,7 @@ int run_many(const Options& options, const std::shared_ptr<DetectorChain>& detec
 int run(Options options) {
   auto detector = DetectorChain::open(options);
   if (!detector) return program::fail(kProgram, detector.error());
-  if (!options.calibration_file.empty()) {
-    auto calibration = program::Calibration::read(options.calibration_file, options.seed, options.runs);
-    if (!calibration) return program::fail(kProgram, calibration.error());
-    options.calibration = std::move(calibration).value();
-  }
+  if (const Status read = program::read_calibration(options); !read) return program::fail(kProgram, read.error());
   options.inputs = inputs_of(options, detector->get());
   return options.runs > 1 || !options.out.empty() ? run_many(options, *detector) : run_single(options, *detector);
 }

@@ -99,11 +99,7 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
       ->needs(in_virtual_time)
       ->check(CLI::Range(1, 127))
       ->capture_default_str();
-  app.add_option("--calibration", options.calibration_file,
-                 "with --virtual: runs cost as much as in a run in real time, by what that printed with --json; or by "
-                 "the folder of a batch of those, each run by the one of its seed")
-      ->type_name("FILE|DIR")
-      ->needs(in_virtual_time);
+  program::add_calibration(app, options.calibration_file, in_virtual_time);
   app.add_option(
          "--detector", options.detector,
          "what looks at the camera's pictures beside navigation: none, hog (people, by OpenCV alone) or yolo (a "

@@ -8,11 +8,9 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <initializer_list>
 #include <iterator>
 #include <map>
-#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -20,6 +18,7 @@
 
 #include "grid.h"
 #include "image_outline.h"
+#include "program/text_file.h"
 #include "scene.h"
 
 namespace ctn::navigation::world {
@@ -424,14 +423,9 @@ Result<WorldFile> parse_world(std::string_view text, const std::string& file, co
 }
 
 Result<WorldFile> read_world(const std::string& path) {
-  std::error_code error;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(path, error)) {
-    return Error::environment(fmt::format("{} cannot be read", path), "name a file that describes a world");
-  }
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return parse_world(text.str(), path, std::filesystem::path(path).parent_path().string());
+  const auto text = program::text_of_file(path);
+  if (!text) return Error::environment(fmt::format("{} cannot be read", path), "name a file that describes a world");
+  return parse_world(*text, path, std::filesystem::path(path).parent_path().string());
 }
 
 }  // namespace ctn::navigation::world

@@ -295,12 +295,8 @@ nanoseconds Nodes::cost_of_run(const char* node, nanoseconds begin, nanoseconds 
 void Nodes::attach(Session& session, program::CostMeter& meter) {
   for (Functions& functions : this->functions(session)) {
     const double slowdown = options_.slowdown * slowdown_of(functions.node);
-    auto whole = [body = program::slowed(std::move(functions.body), slowdown),
-                  effect = std::move(functions.effect)](Run& run) {
-      body(run);
-      if (effect) effect(run);
-    };
-    session.node(functions.node, meter.metered(functions.node, std::move(whole)));
+    session.node(functions.node, meter.metered(functions.node, program::slowed(std::move(functions.body),
+                                                                               std::move(functions.effect), slowdown)));
   }
 }
 

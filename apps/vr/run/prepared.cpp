@@ -21,11 +21,7 @@ Result<Prepared> Prepared::make(const Options& options) {
     if (!path) return path.error();
     made.app_file = std::move(path).value();
   }
-  if (!made.calibration_file.empty()) {
-    auto calibration = program::Calibration::read(made.calibration_file, made.seed, made.runs);
-    if (!calibration) return calibration.error();
-    made.calibration = std::move(calibration).value();
-  }
+  if (Status read = program::read_calibration(made); !read) return read.error();
   made.inputs = program::fingerprints_of({{"app", made.app_file}, {"costs", made.costs}});
   return prepared;
 }

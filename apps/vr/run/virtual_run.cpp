@@ -105,7 +105,7 @@ DrawnClocks clocks_as_in_life(const Options& options) {
 
 Result<Outcome> run_virtually(const Options& options, const Watch& watch) {
   const auto started = std::chrono::steady_clock::now();
-  const DrawnClocks clocks = options.calibration_file.empty() ? clocks_of(options) : clocks_as_in_life(options);
+  const DrawnClocks clocks = options.calibration.empty() ? clocks_of(options) : clocks_as_in_life(options);
   const nanoseconds begin = clocks.samples.first;
   const auto surroundings = Surroundings::make(options, clocks.samples.period);
   if (!surroundings) return surroundings.error();
