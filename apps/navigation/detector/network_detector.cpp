@@ -9,9 +9,8 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -19,6 +18,7 @@
 
 #include "detector/darknet_file.h"
 #include "program/fingerprint.h"
+#include "program/text_file.h"
 
 namespace ctn::navigation {
 namespace {
@@ -44,12 +44,11 @@ class Silence {
 
 Result<std::string> contents(const std::string& path, const char* what) {
   std::error_code unreadable;
-  std::ifstream file(path, std::ios::binary);
-  if (!std::filesystem::is_regular_file(path, unreadable) || !file) {
-    return Error::caller(fmt::format("cannot read the network's {} {}", what, path),
-                         "is the path right? A network is two files: --model FILE.cfg FILE.weights");
-  }
-  return std::string(std::istreambuf_iterator<char>(file), {});
+  std::optional<std::string> text;
+  if (std::filesystem::is_regular_file(path, unreadable)) text = program::text_of_file(path);
+  if (text) return std::move(*text);
+  return Error::caller(fmt::format("cannot read the network's {} {}", what, path),
+                       "is the path right? A network is two files: --model FILE.cfg FILE.weights");
 }
 
 std::vector<std::string> lines_in(const std::string& text) {

@@ -8,9 +8,10 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <optional>
 #include <utility>
+
+#include "program/text_file.h"
 
 namespace ctn::vr::world {
 namespace {
@@ -132,10 +133,10 @@ Result<std::string> contents_of(const std::string& path) {
   if (!error && size > kMaxEurocBytes) {
     return Error::caller(fmt::format("{} is larger than {} MiB", path, kMaxEurocBytes >> 20U), "cut it into parts");
   }
-  std::ifstream in(path, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (error || !in) return Error::environment("cannot read " + path, "is it readable, and is the disk well?");
-  return text;
+  std::optional<std::string> text;
+  if (!error) text = program::text_of_file(path);
+  if (!text) return Error::environment("cannot read " + path, "is it readable, and is the disk well?");
+  return std::move(*text);
 }
 
 template <class Rows, class Parse>
