@@ -1,7 +1,6 @@
 #include "foresight.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -23,9 +22,8 @@ constexpr double kComeNoNearer = 0.01;  // metres by which it may, for the sake 
 constexpr double kEndMargin = 0.15;     // beyond where they are known to end
 constexpr double kStaticMargin = 0.04;  // kept from what does not move, when giving way
 constexpr double kBackUp = -0.5;        // m/s
-// Seconds for which a velocity is kept: the first is more than the robot needs to react, so that it does not give way
-// in the last moment, when all would have to be as expected.
-constexpr std::array<double, 3> kDecide{0.4, 0.8, 1.4};
+constexpr double kDecideLater = 0.8;    // seconds for which a velocity may also be kept
+constexpr double kDecideLast = 1.4;
 
 double approach(double value, double wanted, double change) {
   return value + std::clamp(wanted - value, -change, change);
@@ -100,8 +98,9 @@ void Foresight::advance(Moment& moment, const Velocity& wanted) const {
 Foresight::Met Foresight::meets(Moment& moment) {
   const double since = age_ + moment.seconds;
   for (const Thing& thing : things_) {
-    work_.candidates += 2;
-    const double apart = distance_from_outline(moment.pose, thing.moving.at(since));
+    work_.candidates += 3;
+    const double apart = std::min(distance_from_outline(moment.pose, thing.moving.at(since)),
+                                  distance_from_outline(moment.pose, thing.moving.at_its_pace(since)));
     if (apart < thing.side) return Met::kThing;
     moment.grazes = moment.grazes || apart < thing.hard;
     moment.room = std::min(moment.room, apart - thing.side);
@@ -166,8 +165,8 @@ Foresight::Safety Foresight::of(const Velocity& velocity) {
     best.level = level;
   };
   Moment kept = start_;
-  for (const double decide : kDecide) {
-    while (kept.seconds < std::max(decide, reaction_) - 1e-9) {
+  for (const double decide : {reaction_, kDecideLater, kDecideLast}) {
+    while (kept.seconds < decide - 1e-9) {
       advance(kept, velocity);
       const Met met = meets(kept);
       if (met == Met::kNothing) continue;

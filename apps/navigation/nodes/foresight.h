@@ -1,15 +1,15 @@
 // Whether the robot can keep clear of what moves, if it now drives at some velocity.
 //
 // What moves is expected to go on as it does (a velocity obstacle in time: Fiorini and Shiller, "Motion planning in
-// dynamic environments using velocity obstacles", 1998), until it comes to where its course ended before. It may also
-// stop or turn back at any time, so that all of its course counts that it can reach by then; where its course is known
-// to end ahead, it turns back no earlier than there. What stands may start at any time, in either direction. All of
-// this begins when it was seen last, not now.
+// dynamic environments using velocity obstacles", 1998), until it comes to where its course ended before; and to take
+// up its pace again, where it is slower. It may also stop or turn back at any time, so that all of its course counts
+// that it can reach by then; where its course is known to end ahead, it turns back no earlier than there. What stands
+// may start at any time, in either direction. All of this begins when it was seen last, not now.
 //
-// The robot takes up the velocity as fast as its base can, keeps it at least until it can react to the next map, and
-// then does one of a few simple things: stops and waits, goes straight ahead as fast as it may, backs up, or goes on. A
-// velocity is safe if one of these leads past everything: the robot need not know yet which it will choose, only that
-// one is left (Fraichard and Asama, "Inevitable collision states", 2004).
+// The robot takes up the velocity as fast as its base can, keeps it until it can react or longer, and then does one of
+// a few simple things: stops and waits, goes straight ahead as fast as it may, backs up, or goes on. A velocity is safe
+// if one of these leads past everything: the robot need not know yet which it will choose, only that one is left
+// (Fraichard and Asama, "Inevitable collision states", 2004).
 //
 // Units: metres, radians, seconds. Thread safety: one thread an object.
 #pragma once
@@ -29,6 +29,8 @@ class Foresight {
  public:
   static constexpr double kHorizon = 3.0;
   static constexpr double kMargin = 0.1;  // kept from what moves
+  // What that is, and doubt of where it will be, from a square as large as the robot; more room is worth nothing extra.
+  static constexpr double kRoom = 0.3;
 
   // The better ones last.
   enum class Level : std::uint8_t {
@@ -47,7 +49,7 @@ class Foresight {
     double room = 0.0;
   };
 
-  // `reaction`: until the robot can react to the next map. `caution` in [0, 1]: how far along its course what moves may
+  // `reaction`: until the robot can do something else. `caution` in [0, 1]: how far along its course what moves may
   // get, as a share of what it can; what stands may get all of it. `limits.speed`: forwards.
   Foresight(const LocalMap& map, const Odometry& odometry, double reaction, double caution, const RobotLimits& limits);
 
@@ -78,7 +80,7 @@ class Foresight {
     double seconds = 0.0;
     bool off_courses = true;  // until now
     double clear_until = kHorizon;
-    double room = kMargin;  // the least to any thing
+    double room = kRoom;  // the least to any thing
     double room_beside_courses = 0.0;
     bool grazes = false;
   };

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "visibility.h"
-
 namespace ctn::navigation {
 namespace {
 
@@ -14,7 +12,6 @@ constexpr std::size_t kSameView = 5;              // keyframes from nearly the s
 constexpr double kSameViewDistance = 0.25;
 constexpr double kSameViewTurn = 0.25;
 constexpr double kFits = 0.35;             // the lowest score of a match that is used
-constexpr std::size_t kWitnesses = 5;      // keyframes before a keyframe that show what moves
 constexpr std::size_t kLoopLength = 40;    // the fewest keyframes of a loop
 constexpr std::size_t kLoopPause = 4;      // keyframes between attempts to close one
 constexpr double kLoopDistance = 3.0;      // how near the old keyframes must be
@@ -34,7 +31,6 @@ bool GlobalLocalizer::tells_news(const Odometry& odometry) const {
 void GlobalLocalizer::match(const SharedScan& scan, Work& work) {
   const Pose expected = transformed(correction_, scan->odometry.pose);
   keyframes_.push_back({expected, scan});
-  still_.push_back(scan->points);
   const std::size_t newest = keyframes_.size() - 1;
   draw_field(expected, newest);
   if (newest > 0) {
@@ -47,22 +43,13 @@ void GlobalLocalizer::match(const SharedScan& scan, Work& work) {
     }
     constraints_.push_back({newest - 1, newest, between(before, keyframes_[newest].pose), information});
   }
-  leave_out_what_moved(work);
+  still_.add(keyframes_, work);
   matcher_.add(keyframes_[newest].pose, still_[newest]);
   work += matcher_.take_work();
   odometry_error_.start(scan->odometry.pose);
   outdate_oldest_like_newest(work);
   close_loop(work);
   correction_ = transformed(keyframes_.back().pose, inverse(scan->odometry.pose));
-}
-
-void GlobalLocalizer::leave_out_what_moved(Work& work) {
-  const std::size_t newest = keyframes_.size() - 1;
-  for (std::size_t i = newest - std::min(kWitnesses, newest); i < newest; ++i) {
-    work.beams += kBeamsForPoint * (still_[newest].size() + still_[i].size());
-    remove_free(*keyframes_[i].scan, between(keyframes_[i].pose, keyframes_[newest].pose), still_[newest]);
-    remove_free(*keyframes_[newest].scan, between(keyframes_[newest].pose, keyframes_[i].pose), still_[i]);
-  }
 }
 
 void GlobalLocalizer::draw_field(const Pose& pose, std::size_t end) {

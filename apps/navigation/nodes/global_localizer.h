@@ -28,22 +28,17 @@
 #include <vector>
 
 #include "geometry.h"
+#include "keyframe.h"
 #include "loop_closure.h"
 #include "matcher.h"
 #include "odometry_error.h"
 #include "pose_graph.h"
 #include "scan_filter.h"
 #include "sensors.h"
+#include "visibility.h"
 #include "work.h"
 
 namespace ctn::navigation {
-
-struct Keyframe {
-  Pose pose;  // in the map's frame
-  SharedScan scan;
-  bool outdated = false;  // newer ones show the same place from the same side: GM leaves it out
-};
-using SharedKeyframes = std::shared_ptr<const std::vector<Keyframe>>;
 
 // Where the newest keyframe of a map was when the map was made. Closing a loop may have moved it since.
 struct Anchor {
@@ -94,7 +89,6 @@ class GlobalLocalizer {
  private:
   bool tells_news(const Odometry& odometry) const;
   void match(const SharedScan& scan, Work& work);
-  void leave_out_what_moved(Work& work);
   void close_loop(Work& work);
   std::optional<std::size_t> nearest_of_long_ago(Work& work) const;
   Sight sight(std::size_t keyframe) const;
@@ -108,8 +102,8 @@ class GlobalLocalizer {
   SharedScan newest_;
   std::chrono::nanoseconds stamp_{};
   std::vector<Keyframe> keyframes_;
-  std::vector<std::vector<Point>> still_;  // of each keyframe the points that none of those around it saw through
-  OdometryError odometry_error_;           // since the newest keyframe
+  StillPoints still_;
+  OdometryError odometry_error_;  // since the newest keyframe
   std::vector<Constraint> constraints_;
   std::size_t last_loop_ = 0;  // the keyframe at which closing a loop was last attempted
   std::uint64_t loops_ = 0;

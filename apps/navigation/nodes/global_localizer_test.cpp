@@ -183,6 +183,26 @@ TEST(GlobalMapper, MapsWhatTheKeyframesSaw) {
   EXPECT_GT(near_wall, obstacles * 97 / 100);
 }
 
+// A box goes along the doorway while the robot drives towards it.
+TEST(GlobalMapper, WhatMovesClosesNoDoorway) {
+  AnalyticWorld world(two_rooms(), {1.0, 3.0, 0.0});
+  GlobalLocalizer localizer;
+  GlobalMapper mapper;
+  const std::vector<testing::Wall> walls = world.walls();
+  SharedMap map;
+  for (int step = 0; step < 5; ++step) {
+    world.walls() = walls;
+    const double y = 2.35 + 0.25 * step;
+    testing::add_box(world.walls(), 4.8, y, 5.1, y + 0.25);
+    const SharedScan scan = ScanFilter{}.run(world.scan(), world.odometry()).scan;
+    map = mapper.run(localizer.run({scan}).localization).map;
+    world.advance(1.5, {0.5, 0.0});
+  }
+  EXPECT_EQ(map->anchor.keyframes, 5U);
+  for (double y = 2.5; y < 3.5; y += 0.04) EXPECT_EQ(map->at({4.8, y}), Cell::kFree) << y;
+  EXPECT_EQ(map->at({5.0, 1.5}), Cell::kObstacle);
+}
+
 TEST(GlobalMapper, CostsMoreTheMoreWasSeenAndNothingWithoutNews) {
   AnalyticWorld world(two_rooms(), {2.0, 3.0, 0.0});
   Tour tour(world);

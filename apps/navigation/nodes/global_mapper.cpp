@@ -55,6 +55,27 @@ Cell cell_of(float probability_free) {
   return probability_free < kObstacleBelow ? Cell::kObstacle : Cell::kUnknown;
 }
 
+// The cells in which, or beside which, a point lies that did not move.
+std::vector<bool> with_still_points(const GridFrame& frame, const std::vector<Keyframe>& keyframes,
+                                    const StillPoints& still, Work& work) {
+  std::vector<bool> cells(frame.cells());
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    if (keyframes[i].outdated) continue;
+    for (const Point& point : still[i]) {
+      const Point at = transformed(keyframes[i].pose, point);
+      const int column = frame.column(at.x);
+      const int row = frame.row(at.y);
+      for (int y = row - 1; y <= row + 1; ++y) {
+        for (int x = column - 1; x <= column + 1; ++x) {
+          if (frame.inside(x, y)) cells[frame.index(x, y)] = true;
+        }
+      }
+    }
+    work.cells += 9 * still[i].size();
+  }
+  return cells;
+}
+
 }  // namespace
 
 GlobalMapper::GlobalMapper() : map_(std::make_shared<const GlobalMap>()) {}
@@ -89,10 +110,16 @@ GlobalMapper::Result GlobalMapper::run(const Localization& localization) {
   map->frame = {static_cast<int>(std::lround(static_cast<double>(grid.getXMin()) / kCell)),
                 static_cast<int>(std::lround(static_cast<double>(grid.getYMin()) / kCell)),
                 static_cast<int>(grid.getSizeX()), static_cast<int>(grid.getSizeY())};
+  Work seen;
+  still_.add(keyframes, seen);
+  work.cells += seen.beams;  // which cost far less than those of a scan that is drawn
+  const std::vector<bool> has_still_points = with_still_points(map->frame, keyframes, still_, work);
   map->cells.resize(map->frame.cells());
   for (int row = 0; row < map->frame.height; ++row) {
     for (int column = 0; column < map->frame.width; ++column) {
-      map->cells[map->frame.index(column, row)] = cell_of(grid.getCell(column, row));
+      const std::size_t index = map->frame.index(column, row);
+      const Cell cell = cell_of(grid.getCell(column, row));
+      map->cells[index] = cell == Cell::kObstacle && !has_still_points[index] ? Cell::kFree : cell;
     }
   }
   work.cells += map->frame.cells();

@@ -2,7 +2,8 @@
 //
 // The grid (MRPT's) is built anew from all keyframes whenever there are new ones, since closing a loop may move any
 // of them: the cost of a run grows with the way that the robot has gone, and with the area. Without new keyframes the
-// last map stays.
+// last map stays. What moved is no obstacle, where another keyframe shortly before or after saw through (visibility.h):
+// else it would close every doorway that it went along, until enough later keyframes have looked there.
 //
 // Units: metres, radians, nanoseconds. Thread safety: one thread an object. Maps are shared and never change.
 #pragma once
@@ -15,6 +16,8 @@
 #include "geometry.h"
 #include "global_localizer.h"
 #include "grid.h"
+#include "keyframe.h"
+#include "visibility.h"
 #include "work.h"
 
 namespace ctn::navigation {
@@ -50,6 +53,7 @@ class GlobalMapper {
 
  private:
   SharedKeyframes used_;
+  StillPoints still_;
   SharedMap map_;
 };
 

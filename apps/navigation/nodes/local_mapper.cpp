@@ -177,8 +177,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   std::transform(evidence_.begin(), evidence_.end(), obstacles.begin(),
                  [](float evidence) { return static_cast<std::uint8_t>(evidence >= kObstacle); });
   work.cells += 4 * frame_.cells();  // faded, judged, and twice on the way to distances
-  LocalMap map{scan.stamp, scan.odometry, frame_, navigation::clearance(frame_, obstacles, kFarthestClearance), {},
-               {},         interval};
+  LocalMap map{scan.stamp, scan.odometry, frame_, navigation::clearance(frame_, obstacles, kFarthestClearance), {}, {}};
   map.moving = tracker_.run(scan, hits, work);
   const auto moves = [](const MovingObstacle& moving) { return moving.moves(); };
   if (std::any_of(map.moving.begin(), map.moving.end(), moves)) {

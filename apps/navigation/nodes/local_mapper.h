@@ -32,7 +32,6 @@ struct LocalMap {
   std::vector<float> clearance;
   std::vector<float> static_clearance;  // without what moves; empty: nothing does
   std::vector<MovingObstacle> moving;
-  double interval = 0.0;  // seconds since the scan before, which is when LP may expect the next one
 
   // If `point` is not on the map: farther than anything on it.
   double clearance_at(const Point& point) const;

@@ -29,18 +29,18 @@ constexpr double kRoomWeight = 0.4;      // metres per metre
 constexpr double kRoom = 0.6;            // more room than this is worth nothing extra
 // Metres that a velocity must be better by if it is only there to give way: backwards; or faster than the target asks.
 constexpr double kBackwardsCost = 0.15;
-constexpr double kTooFastCost = 0.5;     // per m/s
-constexpr double kGoCost = 0.2;          // without a target: per m/s
-constexpr double kTurnCost = 0.05;       // of turning otherwise than told, without a target: per rad/s
-constexpr double kPutOffCost = 0.3;      // of going on towards what moves, if that would be contact at once
-constexpr double kStayCost = 1.0;        // the same without a target: there is nothing to be lost by giving way early
-constexpr double kCloseWeight = 10.0;    // metres per metre of room to what moves, where there is too little
-constexpr double kBesideWeight = 3.0;    // likewise beside its course
-constexpr std::size_t kTriedFirst = 40;  // velocities; of the others, when none of these is safe, only every sixth
-// From a scan to when LP's velocity is in force, beyond the time between two maps.
-constexpr double kDelay = 0.05;
-constexpr double kMaxReaction = 0.45;
-constexpr double kMinInterval = 0.02;
+constexpr double kTooFastCost = 0.5;  // per m/s
+constexpr double kGoCost = 0.2;       // without a target: per m/s
+constexpr double kTurnCost = 0.05;    // of turning otherwise than told, without a target: per rad/s
+constexpr double kPutOffCost = 0.3;   // of going on towards what moves, if that would be contact at once
+constexpr double kStayCost = 1.0;     // the same without a target: there is nothing to be lost by giving way early
+// Where contact cannot be avoided: of how long a velocity keeps clear by itself. The robot keeps it for an instant
+// only, after which most others leave it as much time as this one; going on as long as that is so, it would never
+// brake.
+constexpr double kOnItsOwnWeight = 0.2;
+constexpr double kCloseWeight = 20.0;     // metres per metre of room to what moves, where there is too little
+constexpr double kBesideWeight = 3.0;     // likewise beside its course
+constexpr std::size_t kTriedFirst = 40;   // velocities; of the others, when none of these is safe, only every sixth
 constexpr double kWheelsShare = 0.15;     // of what the wheels counted
 constexpr double kWheelsShareGain = 2.0;  // more for each second in which what was told may not have come to be
 constexpr double kMaxWheelsShare = 0.6;
@@ -94,8 +94,8 @@ struct Aim {
 
 class DynamicWindow {
  public:
-  DynamicWindow(const LocalMap& map, const Odometry& odometry, const Aim& aim, double reaction)
-      : map_(map), odometry_(odometry), aim_(aim), reaction_(reaction) {}
+  DynamicWindow(const LocalMap& map, const Odometry& odometry, const Aim& aim)
+      : map_(map), odometry_(odometry), aim_(aim) {}
 
   Choice choose(const Limits& limits) {
     Choice best;
@@ -126,12 +126,14 @@ class DynamicWindow {
       if (i >= kTriedFirst && !option.coarse) continue;
       const Foresight::Safety safety = foresight.of(option.velocity);
       if (safety.level < best.safety) continue;
+      const double clear_for = foresight.clear_for(option.velocity);
       if (safety.level == Foresight::Level::kContact) {
-        if (safety.contact_after <= put_off) continue;
-        put_off = safety.contact_after;
+        const double after = safety.contact_after + kOnItsOwnWeight * clear_for;
+        if (after <= put_off) continue;
+        put_off = after;
       }
       // What it leaves for later to give way.
-      const double left = 1.0 - foresight.clear_for(option.velocity) / Foresight::kHorizon;
+      const double left = 1.0 - clear_for / Foresight::kHorizon;
       const double score =
           option.score - (aim_.target ? kPutOffCost : kStayCost) * left + room_weight(safety.level) * safety.room;
       const bool better = safety.level > best.safety || safety.level == Foresight::Level::kContact;
@@ -176,8 +178,9 @@ class DynamicWindow {
       const double seconds = (step - 1) * kStep;
       const double speed = std::abs(velocity.linear);
       const double turn = std::abs(velocity.angular);
-      const bool brakes = reaction_ + speed / (2.0 * LocalPlanner::kLimits.acceleration) <= seconds &&
-                          reaction_ + turn / (2.0 * LocalPlanner::kLimits.turn_acceleration) <= seconds;
+      const double left = seconds - LocalPlanner::kReaction;
+      const bool brakes = speed / (2.0 * LocalPlanner::kLimits.acceleration) <= left &&
+                          turn / (2.0 * LocalPlanner::kLimits.turn_acceleration) <= left;
       if (!brakes && (speed > 0.0 || turn > 0.0)) return -std::numeric_limits<double>::infinity();
       break;
     }
@@ -191,7 +194,6 @@ class DynamicWindow {
   const LocalMap& map_;
   const Odometry& odometry_;
   Aim aim_;
-  double reaction_;
   Work work_;
 };
 
@@ -252,10 +254,8 @@ LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& coun
 LocalPlanner::Result LocalPlanner::plan(const LocalMap& map, const Odometry& odometry, const Command& command) {
   const Pose& pose = odometry.pose;
   wait(map, odometry, !command.stop);
-  const double age = std::chrono::duration<double>(odometry.stamp - map.stamp).count();
-  const double reaction = std::clamp(std::max(map.interval, kMinInterval) + age + kDelay, 0.0, kMaxReaction);
   const double caution = std::clamp(1.0 - (waited_ - kPatience) / kImpatient, kMinCaution, 1.0);
-  Foresight foresight(map, odometry, reaction, caution, kLimits);
+  Foresight foresight(map, odometry, kReaction, caution, kLimits);
 
   Result result;
   Aim aim;
@@ -277,7 +277,7 @@ LocalPlanner::Result LocalPlanner::plan(const LocalMap& map, const Odometry& odo
     result.way = detour.kind;
     result.work = detour.work;
   }
-  DynamicWindow window(map, odometry, aim, std::max(kReaction, reaction));
+  DynamicWindow window(map, odometry, aim);
   const Choice choice = foresight.concerned() ? among_moving(window, foresight) : among_standing(window, aim);
   result.velocity = choice.velocity;
   result.safety = choice.safety;

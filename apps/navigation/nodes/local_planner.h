@@ -14,8 +14,8 @@
 // How fast the base is follows from what it was told, corrected by what the wheels count: over 20 ms that is wrong by
 // 0.1 m/s, by which the way to stop would change from one run to the next by a tenth of a metre.
 //
-// Predictions begin at the instants of scan and odometry. The robot counts on keeping a velocity until it can react to
-// the next map: as long as it took from the last map to this one, and a little.
+// Predictions begin at the instants of scan and odometry. The robot counts on keeping a velocity for LP's nominal
+// period, and on reacting then: however seldom maps really come, which LP is not told (docs/decisions/0075).
 //
 // Units: metres, radians, seconds. Thread safety: one thread an object.
 #pragma once
@@ -37,7 +37,7 @@ namespace ctn::navigation {
 class LocalPlanner {
  public:
   static constexpr RobotLimits kLimits{};
-  static constexpr double kReaction = 0.2;  // seconds that pass at least before the robot brakes
+  static constexpr double kReaction = 0.1;  // seconds until the robot can react to what is new: LP's nominal period
   static constexpr double kMargin = 0.09;   // around the robot
 
   struct Result {

@@ -147,7 +147,6 @@ MovingObstacle thing(const Point& at, const Point& velocity) {
 
 LocalMap with_moving(const Point& at, const Point& velocity) {
   LocalMap map;
-  map.interval = 0.04;
   map.moving.push_back(thing(at, velocity));
   return map;
 }
@@ -164,11 +163,11 @@ TEST(Foresight, WhatIsFarAwayConcernsNothing) {
 // It crosses 1.7 m ahead. The robot, which drives at full speed, can stop before its course, or cannot any more.
 TEST(Foresight, AVelocityIsSafeOnlyIfTheRobotCanStillStop) {
   const LocalMap map = with_moving({1.7, -1.0}, {0.0, 0.7});
-  // 0.75 * 0.4 + 0.75^2 / 2 = 0.58 m until it stands; its course begins 1.7 - 0.4 - 0.06 - 0.28 = 0.96 m ahead.
+  // 0.75 * 0.1 + 0.75^2 / 2 = 0.36 m until it stands; its course begins 1.7 - 0.4 - 0.06 - 0.28 = 0.96 m ahead.
   EXPECT_EQ(Foresight(map, driving(0.75), 0.1, 1.0, LocalPlanner::kLimits).of({0.75, 0.0}).level,
             Foresight::Level::kSafe);
   Odometry nearer = driving(0.75);
-  nearer.pose.x = 0.55;
+  nearer.pose.x = 0.65;
   EXPECT_LT(Foresight(map, nearer, 0.1, 1.0, LocalPlanner::kLimits).of({0.75, 0.0}).level, Foresight::Level::kSafe);
   EXPECT_LT(Foresight(map, driving(0.75), 0.8, 1.0, LocalPlanner::kLimits).of({0.75, 0.0}).level,
             Foresight::Level::kSafe)
@@ -206,7 +205,7 @@ TEST(Foresight, WhatGoesAwayTurnsBackNoEarlierThanWhereItDidBefore) {
 }
 
 TEST(Foresight, WhatStandsIsFearedByAnImpatientRobotToo) {
-  LocalMap map = with_moving({1.0, 1.4}, {0.0, 0.5});
+  LocalMap map = with_moving({1.0, 1.15}, {0.0, 0.5});
   map.moving.front().velocity = {};
   Odometry within = driving(0.0);
   within.pose.x = 1.0;
@@ -225,6 +224,33 @@ TEST(Foresight, WhatIsNotSeenIsNoFartherAheadThanExpectedButMayHaveTurnedBack) {
   EXPECT_EQ(Foresight(going, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
   going.moving.front().unseen = 2.0;
   EXPECT_LT(Foresight(going, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+}
+
+// It turned back a moment ago, and by what was measured since it is slower than it was.
+TEST(Foresight, WhatIsSlowerThanItWasMayBeAsFastAgain) {
+  LocalMap map = with_moving({0.9, 1.9}, {0.0, -0.4});
+  const auto level = [&map](double caution) {
+    return Foresight(map, driving(0.75), 0.1, caution, LocalPlanner::kLimits).of({0.75, 0.0}).level;
+  };
+  EXPECT_EQ(level(1.0), Foresight::Level::kSafe) << "the robot goes through in front of it";
+  EXPECT_EQ(level(0.0), Foresight::Level::kSafe);
+  map.moving.front().pace = 0.8;
+  EXPECT_LT(level(0.0), Foresight::Level::kSafe) << "for what is expected, whatever it could do besides";
+  map.moving.front().ahead = 0.3;
+  EXPECT_EQ(level(0.0), Foresight::Level::kSafe) << "it does not come so far";
+}
+
+TEST(MovingObstacle, AtItsPaceIsWhereItGoesByWhatItOnceDid) {
+  MovingObstacle moving = thing({1.0, 0.0}, {0.0, 0.4});
+  EXPECT_EQ(moving.at_its_pace(2.0), moving.at(2.0)) << "it is as fast as ever";
+  moving.pace = 0.5;
+  EXPECT_NEAR(moving.at_its_pace(2.0).y, 1.0, 1e-9);
+  moving.unseen = 1.0;  // its place is what 0.4 m/s made of it
+  EXPECT_NEAR(moving.at_its_pace(2.0).y, 1.1, 1e-9);
+  moving.ahead = 0.7;
+  EXPECT_NEAR(moving.at_its_pace(2.0).y, 0.7, 1e-9);
+  moving.velocity = {};
+  EXPECT_EQ(moving.at_its_pace(2.0), moving.centre) << "it stands";
 }
 
 TEST(Foresight, PredictsFromTheScansInstant) {
@@ -248,10 +274,10 @@ TEST(Foresight, PredictsFromTheScansInstant) {
 
 // It passes in front of a robot that drives too fast to stop as far from it as it should.
 TEST(Foresight, TellsHowMuchOfTheRoomIsLeftWhereThereIsTooLittle) {
-  const LocalMap map = with_moving({1.0, -0.4}, {0.0, 0.5});
+  const LocalMap map = with_moving({0.9, -0.4}, {0.0, 0.5});
   Foresight foresight(map, driving(0.6), 0.1, 0.0, LocalPlanner::kLimits);
   const Foresight::Safety brakes = foresight.of({0.35, 0.0});
-  const Foresight::Safety goes = foresight.of({0.5, 0.0});
+  const Foresight::Safety goes = foresight.of({0.6, 0.0});
   ASSERT_EQ(brakes.level, Foresight::Level::kTooNear);
   ASSERT_EQ(goes.level, Foresight::Level::kTooNear);
   EXPECT_GT(brakes.room, goes.room + 0.01);
@@ -277,9 +303,9 @@ TEST(LocalPlanner, KnowsHowFastItIsByWhatItWasTold) {
 
 TEST(LocalPlanner, GetsOutOfTheWayOfWhatComesTowardsIt) {
   const Command command = towards({4.0, 0.0});
-  const Velocity free = LocalPlanner{}.run({}, {}, command).velocity;
-  EXPECT_GT(free.linear, 0.2);
-  EXPECT_NE(LocalPlanner{}.run(with_moving({1.4, 0.0}, {-0.5, 0.0}), {}, command).velocity, free);
+  const Velocity free = LocalPlanner{}.run({}, driving(0.5), command).velocity;
+  EXPECT_GT(free.linear, 0.7);
+  EXPECT_LT(LocalPlanner{}.run(with_moving({1.4, 0.0}, {-0.5, 0.0}), driving(0.5), command).velocity.linear, 0.5);
   // It passes far off: no reason to wait.
   EXPECT_GT(LocalPlanner{}.run(with_moving({1.7, 2.5}, {-0.8, 0.0}), {}, command).velocity.linear, 0.2);
 }
@@ -289,6 +315,23 @@ TEST(LocalPlanner, DoesNotDriveInFrontOfWhatCrosses) {
   const Velocity free = LocalPlanner{}.run({}, driving(0.6), command).velocity;
   const Velocity crossed = LocalPlanner{}.run(with_moving({1.2, -1.1}, {0.0, 0.8}), driving(0.6), command).velocity;
   EXPECT_LT(crossed.linear, free.linear - 0.1);
+}
+
+TEST(LocalPlanner, CountsOnReactingWithinItsPeriodHoweverSeldomMapsCome) {
+  const auto before_a_wall = [](double ahead, double period) {
+    AnalyticWorld world({{{ahead + kOuterRadius, -20.0}, {ahead + kOuterRadius, 20.0}}}, {0.0, 0.0, 0.0});
+    LocalMapper mapper;
+    mapper.run(*ScanFilter{}.run(world.scan(), world.odometry()).scan);
+    world.advance(period, {});
+    const LocalMap map = mapper.run(*ScanFilter{}.run(world.scan(), world.odometry()).scan).map;
+    Odometry odometry = driving(0.6);
+    odometry.stamp = map.stamp;
+    return LocalPlanner{}.run(map, odometry, towards({8.0, 0.0})).velocity;
+  };
+  EXPECT_NE(before_a_wall(0.3, 0.02), before_a_wall(0.5, 0.02));
+  for (double ahead = 0.3; ahead < 0.56; ahead += 0.05) {
+    EXPECT_EQ(before_a_wall(ahead, 0.2), before_a_wall(ahead, 0.02)) << ahead;
+  }
 }
 
 // All nodes of the local chain, 25 times a second, and a box that moves, whatever happens.

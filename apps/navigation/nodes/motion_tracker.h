@@ -55,6 +55,14 @@ struct MovingObstacle {
     const double way = std::hypot(velocity.x, velocity.y) * seconds;
     return centre + velocity * (way > ahead ? seconds * ahead / way : seconds);
   }
+  // If it has gone that way at its pace since it was seen last, where that is faster: what has just turned back, or
+  // started, is slower than it will be by what was measured of it.
+  Point at_its_pace(double seconds) const {
+    const double speed = std::hypot(velocity.x, velocity.y);
+    if (speed == 0.0 || pace <= speed) return at(seconds);
+    const double way = std::min(pace * (unseen + seconds) - speed * unseen, ahead);
+    return centre + velocity * (way / speed);
+  }
 };
 
 class MotionTracker {

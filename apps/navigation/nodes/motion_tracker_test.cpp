@@ -248,7 +248,6 @@ TEST(LocalMapper, GivesTheDistancesToWhatDoesNotMove) {
   EXPECT_LT(map.clearance_at(on_its_face), 0.05);
   EXPECT_GT(map.static_clearance_at(on_its_face), 0.2);
   EXPECT_NEAR(map.static_clearance_at({0.0, 2.8}), map.clearance_at({0.0, 2.8}), 1e-6);
-  EXPECT_NEAR(map.interval, kScanPeriod, 1e-9);
 }
 
 }  // namespace

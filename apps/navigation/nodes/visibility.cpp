@@ -9,6 +9,7 @@ namespace {
 constexpr std::size_t kBeside = kBeamsForPoint / 2;  // to each side: a wall that beams graze is nearer for one of them
 constexpr double kWellBeyond = 0.3;                  // what moves covers more from keyframe to keyframe
 constexpr double kReachOfSight = 10.0;               // farther places are seen too coarsely
+constexpr std::size_t kWitnesses = 5;                // keyframes before a keyframe that show what moves
 
 }  // namespace
 
@@ -42,6 +43,19 @@ Conflict conflict(const CleanScan& scan, const Pose& from, const std::vector<Poi
     if (what == Seen::kFree) ++found.free;
   }
   return found;
+}
+
+void StillPoints::add(const std::vector<Keyframe>& keyframes, Work& work) {
+  for (std::size_t newest = points_.size(); newest < keyframes.size(); ++newest) {
+    const Keyframe& after = keyframes[newest];
+    std::vector<Point>& points = points_.emplace_back(after.scan->points);
+    for (std::size_t i = newest - std::min(kWitnesses, newest); i < newest; ++i) {
+      const Keyframe& before = keyframes[i];
+      work.beams += kBeamsForPoint * (points.size() + points_[i].size());
+      remove_free(*before.scan, between(before.pose, after.pose), points);
+      remove_free(*after.scan, between(after.pose, before.pose), points_[i]);
+    }
+  }
 }
 
 }  // namespace ctn::navigation

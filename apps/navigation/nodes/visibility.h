@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "geometry.h"
+#include "keyframe.h"
 #include "scan_filter.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
@@ -31,5 +33,18 @@ struct Conflict {
   std::size_t free = 0;
 };
 Conflict conflict(const CleanScan& scan, const Pose& from, const std::vector<Point>& points);
+
+// Of each keyframe its points, without those that one of the five keyframes before or after it saw through: what did
+// not move. Thread safety: one thread an object.
+class StillPoints {
+ public:
+  // Of keyframes that are new since the last call; the others are those of then. `work`: the beams that were looked at.
+  void add(const std::vector<Keyframe>& keyframes, Work& work);
+
+  const std::vector<Point>& operator[](std::size_t keyframe) const { return points_[keyframe]; }
+
+ private:
+  std::vector<std::vector<Point>> points_;  // by keyframe, each as seen from its robot
+};
 
 }  // namespace ctn::navigation

@@ -203,12 +203,8 @@ std::vector<Nodes::Functions> Nodes::functions(Host& host, Seeing seeing) {
 
 void Nodes::attach(Session& session, double slowdown, program::CostMeter& meter) {
   for (Functions& functions : this->functions(session, Seeing::kReally)) {
-    auto whole = [body = program::slowed(std::move(functions.body), slowdown),
-                  effect = std::move(functions.effect)](Run& run) {
-      body(run);
-      if (effect) effect(run);
-    };
-    session.node(functions.node, meter.metered(functions.node, std::move(whole)));
+    session.node(functions.node, meter.metered(functions.node, program::slowed(std::move(functions.body),
+                                                                               std::move(functions.effect), slowdown)));
   }
 }
 

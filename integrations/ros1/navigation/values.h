@@ -169,7 +169,6 @@ void local_map(Stream& stream, T& value) {
   numbers(stream, value.clearance);
   numbers(stream, value.static_clearance);
   list(stream, value.moving, [&stream](auto& one) { moving(stream, one); });
-  stream.next(value.interval);
 }
 
 // What is shared and may be null: by whether it is there.
@@ -256,7 +255,7 @@ struct Described<Surroundings> {
   static constexpr const char* kName = "catan_navigation/LocalMap";
   static constexpr const char* kDefinition =
       "Odometry odometry\nuint8 has_map\nint64 stamp\nOdometry of_scan\nint32 left\nint32 bottom\nint32 width\n"
-      "int32 height\nfloat32[] clearance\nfloat32[] static_clearance\nMoving[] moving\nfloat64 interval\n" CATAN_NESTED(
+      "int32 height\nfloat32[] clearance\nfloat32[] static_clearance\nMoving[] moving\n" CATAN_NESTED(
           "Odometry", CATAN_ODOMETRY) CATAN_NESTED("Pose2", CATAN_POSE) CATAN_NESTED("Point2", CATAN_POINT)
           CATAN_NESTED("Moving",
                        "Point2 centre\nfloat64 radius\nPoint2 velocity\nPoint2 course\nfloat64 pace\n"

@@ -68,7 +68,6 @@ TEST(Values, ALocalMapIsWhatItWas) {
   map.frame = {-3, 4, 2, 3};
   map.clearance = {0, 1, 2, 3, 4, 5};
   map.moving = {{{1, 2}, 0.3, {0.4, 0.5}, {0, 1}, 0.6, std::numeric_limits<double>::infinity(), 2.0, 0.1}};
-  map.interval = 0.02;
   const Surroundings read = over_the_wire(surroundings_of(map, nullptr));
   ASSERT_TRUE(read.map);
   EXPECT_EQ(read.map->stamp, 80ms);
@@ -77,7 +76,6 @@ TEST(Values, ALocalMapIsWhatItWas) {
   EXPECT_EQ(read.map->frame, map.frame);
   EXPECT_EQ(read.map->clearance, map.clearance);
   EXPECT_TRUE(read.map->static_clearance.empty()) << "nothing moves";
-  EXPECT_EQ(read.map->interval, 0.02);
   ASSERT_EQ(read.map->moving.size(), 1U);
   const MovingObstacle& moving = read.map->moving[0];
   EXPECT_EQ(moving.centre, (Point{1, 2}));
