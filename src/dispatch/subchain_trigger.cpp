@@ -208,7 +208,7 @@ void SubchainTrigger::spend_trigger(TimePoint now) {
           : leader_runs() && !never_heard() ? Came::kWhileLeaderRan
                                             : Came::kWithoutOutput;
   silent_since_ = now;
-  held_from_ = std::max(output_due_.value_or(now), std::min(held_from_ + shortest(), now));
+  held_from_ = std::max(now - shortest(), std::min(held_from_ + shortest(), now));
   leader_runs_before_ = leader_runs_.value_or(0);
   schedule_next(now);
   if (pacing_.after) due_ = due_without_output();
@@ -242,7 +242,8 @@ Nanos SubchainTrigger::shortest() const { return std::max(pacing_.shortest, kSho
 // Outputs may come at any rate: their writer is not trusted.
 TimePoint SubchainTrigger::ready() const {
   if (!pacing_.after || sent_ == 0) return due_;
-  return std::max({due_, held_from_ + shortest(), silent_since_ + plan::held_apart(shortest())});
+  const Nanos apart = std::max(plan::held_apart(shortest()), kShortestPeriod);
+  return std::max({due_, held_from_ + shortest(), silent_since_ + apart});
 }
 
 SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t completed) {
@@ -313,6 +314,7 @@ void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
   } else if (sent_ > 0 && !(by_period(before) && by_period(pacing) && before.period == pacing.period)) {
     due_ = std::max(last_due_ + pacing.period, now);
   }
+  held_from_ = std::max(held_from_, silent_since_ - shortest());
   if (pacing.budget == Nanos{0}) demoted_ = false;
   if (before.budget == Nanos{0}) return restart_budget(now);
   allowed_ = pacing.budget;

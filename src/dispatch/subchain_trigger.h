@@ -29,9 +29,10 @@
 //              expected let it go faster; an input that has to wait makes it go slower until none has to.
 //   after      by each so-many-th output of its leader, which is another subchain or an unscheduled node, from when it
 //              begins to follow it. Outputs that come while a run is under way, or less than `shortest` after the last
-//              trigger, count, and one trigger follows when that is over. A trigger that came later than that does not
-//              delay the next ones in turn: these come up to a fiftieth sooner (plan::held_apart()) until they are on
-//              time again, so that on average none comes more often than `shortest` says. Without a trigger for
+//              trigger, count, and one trigger follows when that is over. A trigger that came late, as its output did
+//              or since a run was under way, does not delay the next ones in turn: `shortest` holds on average (a
+//              token bucket of one token), and between any two of them most of it (plan::held_apart()), so that the
+//              next ones come sooner until they are on time again. Without a trigger for
 //              silence_limit() it is triggered all the same, and then once a period until there are outputs again; of a
 //              leader that has never given one, after kFirstOutputWithin or a period, and once a period from then on.
 //              So a leader that is missing, stalled or slow does not silence its followers, nor does one that itself
@@ -217,7 +218,7 @@ class SubchainTrigger {
   TimePoint heard_at_{};
   std::optional<TimePoint> output_due_;       // a trigger is due since the output that came then
   TimePoint silent_since_;                    // the last trigger
-  TimePoint held_from_;                       // when it should have come: the next is held apart from that
+  TimePoint held_from_;                       // when it should have come, on average; `shortest` before it, at most
   std::optional<std::uint64_t> leader_runs_;  // that have ended
   std::uint64_t leader_runs_before_ = 0;      // ... by the last trigger
   enum class Came {

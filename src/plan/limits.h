@@ -27,10 +27,10 @@ namespace ctn::plan {
 // a second.
 constexpr Nanos silence_limit(Nanos period) { return std::max<Nanos>(10 * period, std::chrono::seconds{1}); }
 
-// The least time between two triggers of a subchain that follows outputs and is to be triggered every `period` at most:
-// one that came late catches up with the outputs little by little, so that it does not stay late for good where these
-// come just once a period.
-constexpr Nanos held_apart(Nanos period) { return period - period / 50; }
+// The least time between two triggers of a subchain that follows outputs and is to be triggered every `period` at most,
+// on average: in any time it is triggered once more than that says, at most. So one that came late, since its output
+// did, does not make the next ones late where outputs come just once a period.
+constexpr Nanos held_apart(Nanos period) { return period / 5 * 4; }
 
 struct PeriodLimits {
   Millis min{0};                   // p may be no shorter: the lowest max_rate of the nodes; 0: no cap

@@ -26,6 +26,7 @@ class Analysis {
     const std::size_t count = plan_.subchains.size();
     promises_.resize(count);
     spacing_.resize(count);
+    sooner_.resize(count);
     jitter_.resize(count);
     cost_.resize(count);
     wait_.resize(count);
@@ -35,7 +36,10 @@ class Analysis {
       cost_[i] = costs.subchain_total(app_.graph, id) / (1.0 - plan_.slack);
       wait_[i] = costs.subchain_wait(app_.graph, id);
     }
-    for (std::size_t i = 0; i < count; ++i) spacing_[i] = spacing_of(SubchainId(i));
+    for (std::size_t i = 0; i < count; ++i) {
+      spacing_[i] = spacing_of(SubchainId(i));
+      sooner_[i] = sooner_than_held(SubchainId(i));
+    }
     if (!find_responses()) return std::nullopt;
     for (std::size_t i = 0; i < count; ++i) {
       promises_[i].spacing = spacing_[i];
@@ -50,15 +54,24 @@ class Analysis {
   Millis planned_spacing_of(SubchainId id) const {
     const Member* const member = member_of(plan_, id);
     if (member == nullptr) return plan_.subchains[id.index()].period;
-    if (member->after) {
-      const SubchainId* const leader = member->after->subchain();
-      return std::max(member->period,
-                      outputs_apart(*member->after, leader != nullptr ? spacing_of(*leader) : Millis{0}));
-    }
+    if (member->after) return std::max(member->period, outputs_apart(*member->after));
     if (member->pause) return std::max(member->period, cost_[id.index()] + *member->pause);
     return member->period;
   }
 
+  // One trigger comes so much sooner than its period allows, where that holds it back (plan::held_apart()).
+  Millis sooner_than_held(SubchainId id) const {
+    const Member* const member = member_of(plan_, id);
+    if (member == nullptr || !member->after) return Millis{0};
+    const bool held_back = member->period > outputs_apart(*member->after) * (1.0 + kRounding);
+    return held_back ? member->period : Millis{0};
+  }
+
+  // On average, of triggers that a leader's outputs give.
+  Millis outputs_apart(const After& after) const {
+    const SubchainId* const leader = after.subchain();
+    return outputs_apart(after, leader != nullptr ? spacing_of(*leader) : Millis{0});
+  }
   // Every so-many-th output of the leader, at least; where that is a subchain, its runs come `runs_apart`.
   Millis outputs_apart(const After& after, Millis runs_apart) const {
     if (const NodeId* const leader = after.node())
@@ -77,8 +90,9 @@ class Analysis {
   // J, at the responses found so far.
   Millis jitter_of(const Member& member) const {
     const std::size_t i = member.subchain.index();
-    const Millis late = std::max(promises_[i].execution - spacing_[i], Millis{0});
-    if (!member.after) return member.pause ? Millis{0} : late;
+    const Millis behind = std::max(promises_[i].execution - spacing_[i], Millis{0});
+    if (!member.after) return member.pause ? Millis{0} : behind;
+    const Millis late = behind + sooner_[i];
     // An output may come as late as the leader's run may end, and as early as a run costs nothing.
     if (const NodeId* const leader = member.after->node()) {
       return late + output_lateness(app_.graph, by_kind_.front(), *leader, plan_.slack);
@@ -89,8 +103,8 @@ class Analysis {
     return late + run + jitter_[leader];
   }
 
-  // The least time between any two triggers, however early outputs come: what is triggered by a pause or by outputs is
-  // held back until its period is over, or nearly. 0: there is none.
+  // The least time between any two triggers, however early outputs come: what is triggered by a pause is held back
+  // until its period is over, what is triggered by outputs for most of it. 0: there is none.
   static Millis held_apart(const Member& member) {
     if (member.after) return to_millis(plan::held_apart(to_nanos(member.period)));
     return member.pause ? member.period : Millis{0};
@@ -124,18 +138,27 @@ class Analysis {
     const std::size_t i = member.subchain.index();
     const Millis carried = carried_over(member, waits);
     const Line by_jitter{1.0 + (jitter_[i] + carried) / spacing_[i], 1.0 / spacing_[i].count()};
-    const Millis apart = held_apart(member);
-    if (apart < kMinSpacing) return by_jitter;
-    const Line held{1.0 + carried / apart, 1.0 / apart.count()};
     const auto at = [&](const Line& line) { return line.at_once + line.rate * window.count(); };
-    return at(held) < at(by_jitter) ? held : by_jitter;
+    Line least = by_jitter;
+    const auto consider = [&](double more, Millis apart) {
+      if (apart < kMinSpacing) return;
+      const Line held{1.0 + more + carried / apart, 1.0 / apart.count()};
+      if (at(held) < at(least)) least = held;
+    };
+    consider(0.0, held_apart(member));
+    if (member.after) consider(1.0, member.period);  // plan::held_apart()
+    return least;
   }
   double triggers_within(const Member& member, Millis window, Waits waits) const {
     const std::size_t i = member.subchain.index();
     const Millis reach = window + carried_over(member, waits);
-    const double by_jitter = std::ceil((reach + jitter_[i]) / spacing_[i] - kRounding);
-    const Millis apart = held_apart(member);
-    return apart < kMinSpacing ? by_jitter : std::min(by_jitter, std::ceil(reach / apart - kRounding));
+    double least = std::ceil((reach + jitter_[i]) / spacing_[i] - kRounding);
+    const auto consider = [&](double more, Millis apart) {
+      if (apart >= kMinSpacing) least = std::min(least, more + std::ceil(reach / apart - kRounding));
+    };
+    consider(0.0, held_apart(member));
+    if (member.after) consider(1.0, member.period);  // plan::held_apart()
+    return least;
   }
 
   // How often that member may come while a run of the one at `rank` is pending, if it goes back to outputs of one that
@@ -370,6 +393,7 @@ class Analysis {
   std::vector<Millis> cost_;
   std::vector<Millis> wait_;
   std::vector<Millis> spacing_;
+  std::vector<Millis> sooner_;
   std::vector<Millis> jitter_;
 };
 

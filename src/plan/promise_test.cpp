@@ -49,16 +49,26 @@ TEST_F(PromiseTest, WhoIsTriggeredByOutputsMayComeEarly) {
   EXPECT_EQ(promised(kBatch).period, promised(kBatch).execution + Millis{10});
 }
 
-// Held apart by 40 ms, less the 0.8 ms by which it may catch up.
-TEST_F(PromiseTest, WhoIsTriggeredByOutputsIsHeldApartByNearlyAPeriod) {
-  member(kSlow).period = Millis{40};
+// Held apart by 50 ms, less the 10 ms by which it may catch up.
+TEST_F(PromiseTest, WhoIsTriggeredByOutputsIsHeldApartByMostOfAPeriod) {
+  member(kSlow).period = Millis{50};
   const NodeId node = app.graph.subchain(kBatch).nodes.front();
   const auto with_cost = [&](Millis cost) {
     costs.set(node, model::CostProfile::constant(cost));
     return promised(kBatch).execution;
   };
-  EXPECT_EQ(with_cost(Millis{7}), Millis{7 + 20 + 2 * 6});
-  EXPECT_EQ(with_cost(Millis{7.5}), Millis{7.5 + 2 * 20 + 4 * 6});
+  EXPECT_EQ(with_cost(Millis{8}), Millis{8 + 20 + 2 * 6});
+  EXPECT_EQ(with_cost(Millis{8.5}), Millis{8.5 + 2 * 20 + 4 * 6});
+}
+
+// Outputs come each 20 ms, the first of them after a while: slow comes at 0, 24, 48 and 78 ms, once too soon.
+TEST_F(PromiseTest, WhoIsHeldBackByItsPeriodComesSoonerOnce) {
+  member(kSlow).after->every = 1;
+  member(kSlow).period = Millis{30};
+  costs.set(*app.graph.find_node("map"), model::CostProfile::constant(Millis{1}));
+  costs.set(app.graph.subchain(kBatch).nodes.front(), model::CostProfile::constant(Millis{30}));
+  // fast comes 6 ms each 20.
+  EXPECT_EQ(promised(kBatch).execution, Millis{30 + 3 * 6 + 3 * 1});
 }
 
 // fast waits for 4 ms after each run; each second of its outputs triggers slow, above it, which is in one of the two
@@ -149,6 +159,9 @@ TEST_F(PromiseTest, WhoWaitsBelowItsFollowerIsPromisedWhatTheFollowersPeriodAllo
   EXPECT_FALSE(promise(plan, app, costs));
   member(kSlow).period = Millis{40};
   EXPECT_EQ(promised(kFast).execution, Millis{6 + 1 + 20});
+  plan.cores[0].members.pop_back();
+  costs.set(*app.graph.find_node("scan"), model::CostProfile::constant(Millis{200 - 4}));
+  EXPECT_EQ(promised(kFast).execution, Millis{200 + 1 + 13 * 20}) << "once each 40 ms, and once more";
 }
 
 // Beyond that it would be triggered without outputs.

@@ -106,6 +106,12 @@ class Surrogate {
     double wait = 0.0;       // until the tick that shows it
     double with_news = 1.0;  // part of the ticks
   };
+  struct Line {
+    double at_once = 0.0;
+    double rate = 0.0;  // so much more a ms
+
+    double within(double ms) const { return at_once + rate * ms; }
+  };
   struct Timing {  // of a subchain
     double cost = 0.0;
     double square = 0.0;  // mean of the squares
@@ -121,10 +127,10 @@ class Surrogate {
     double promised_period = 0.0;
     double promised_execution = 0.0;
     double promised_stretch = 1.0;  // what each ms of work adds to that
-    // How often it is promised to come at most: at once, and so much more a ms; and the latter, however early outputs
-    // come that trigger it.
-    double promised_at_once = 0.0;
-    double promised_rate = 0.0;
+    // How often it is promised to come at most, by what says less of a short time, and of a long one; and how much more
+    // a ms, however early outputs come that trigger it.
+    Line promised_soon{};
+    Line promised_on_average{};
     double held_rate = 0.0;
     double rate = 0.0;     // 1 / period
     double load = 0.0;     // cost / period

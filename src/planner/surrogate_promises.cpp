@@ -160,57 +160,79 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   Timing& timing = timings_[i];
   const std::optional<double> blocked = promised_blocking(schedule, i);
   promised_ = promised_ && blocked;
-  double used = 0.0;
   double used_if_held = 0.0;
-  double sum = 0.0;
   double silence = kInfinity;
   for (const bool in_turn : {true, false}) {
-    used = used_if_held = sum = 0.0;
+    // What those above use of the core: at once, and a ms.
+    Line soon;
+    Line on_average;
+    used_if_held = 0.0;
     for (std::size_t above = first; above < last; ++above) {
       const std::size_t j = order_[above];
       const Timing& other = timings_[j];
       const int turns =
           in_turn && planned_waits_[i] == 0.0 && blocked == 0.0 ? turns_of(schedule, j, place.priority) : 0;
       if (turns > 0) {
-        sum += turns * other.planned;
+        soon.at_once += turns * other.planned;
+        on_average.at_once += turns * other.planned;
         silence = std::min(silence, to_millis(plan::silence_limit(schedule.subchains[j].period)).count());
         continue;
       }
-      used += other.promised_rate * other.planned;
+      soon.at_once += other.promised_soon.at_once * other.planned;
+      soon.rate += other.promised_soon.rate * other.planned;
+      on_average.at_once += other.promised_on_average.at_once * other.planned;
+      on_average.rate += other.promised_on_average.rate * other.planned;
       used_if_held += other.held_rate * other.planned;
-      sum += other.promised_at_once * other.planned;
     }
     const double alone = timing.planned + timing.planned_waits + blocked.value_or(0.0);
-    timing.promised_stretch = used < kNothingLeft ? 1.0 / (1.0 - used) : 0.0;
-    timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
+    timing.promised_stretch = 0.0;
+    timing.promised_execution = kOutOfReach;
+    for (const Line& used : {soon, on_average}) {
+      if (used.rate >= kNothingLeft) continue;
+      const double execution = (alone + used.at_once) / (1.0 - used.rate);
+      if (execution >= timing.promised_execution) continue;
+      timing.promised_execution = execution;
+      timing.promised_stretch = 1.0 / (1.0 - used.rate);
+    }
     if (timing.promised_execution < silence) break;
   }
   promised_ = promised_ && used_if_held < kNothingLeft;
   double spacing = to_millis(place.period).count();
   if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
   double usual = spacing;
+  double jitter = 0.0;  // where its period holds it back, one trigger comes sooner than that
   if (place.after) {
-    spacing = std::max(spacing, outputs_apart(schedule, i));
+    const double apart = outputs_apart(schedule, i);
+    if (spacing > apart * (1.0 + plan::kTolerance)) jitter = spacing;
+    spacing = std::max(spacing, apart);
     usual = std::max(usual, promised_apart(schedule, i));
   }
   const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
   timing.promised_period = std::max(usual, timing.promised_execution + pause);
   spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
   timing.spacing = spacing;
-  double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
+  if (!place.pause) jitter += std::max(0.0, timing.promised_execution - spacing);
   if (place.after) jitter += promised_lateness(*place.after);
   // What a run that waits leaves undone comes close to the next one (plan/promise.h).
   const bool leaves = timing.planned_waits > 0.0 || (!kept_away_.empty() && kept_away_[i]);
   const double carried = leaves ? timing.promised_execution - timing.planned : 0.0;
-  // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
   const double held = to_millis(place.period).count();
-  if (place.after && place.period > dispatch::kShortestPeriod && spacing / held < 1.0 + jitter / spacing) {
-    spacing = held;
-    jitter = 0.0;
-  }
-  timing.promised_rate = 1.0 / spacing;
-  timing.held_rate = 1.0 / (may_come_ever_earlier(schedule, i) ? std::max(held, kMinHeld) : spacing);
-  timing.promised_at_once = 1.0 + (jitter + carried) / spacing;
+  const double apart = to_millis(plan::held_apart(place.period)).count();
+  const bool is_held = place.after && place.period > dispatch::kShortestPeriod;
+  // Early by the jitter; or held apart by most of its period, or by all of it but for one trigger (plan::held_apart()).
+  const auto least_within = [&](double interval) {
+    Line least{1.0 + (jitter + carried) / spacing, 1.0 / spacing};
+    if (!is_held) return least;
+    for (const Line& line : {Line{1.0 + carried / apart, 1.0 / apart}, Line{2.0 + carried / held, 1.0 / held}}) {
+      if (line.within(interval) < least.within(interval)) least = line;
+    }
+    return least;
+  };
+  constexpr double kManyRuns = 8.0;
+  timing.promised_soon = least_within(spacing);
+  timing.promised_on_average = least_within(kManyRuns * spacing);
+  timing.held_rate =
+      may_come_ever_earlier(schedule, i) ? 1.0 / std::max(held, kMinHeld) : timing.promised_on_average.rate;
 }
 
 void Surrogate::promise(const trial::Schedule& schedule, Estimate& estimate) {
