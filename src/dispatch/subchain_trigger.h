@@ -27,19 +27,21 @@
 //              end of this one, m periods less one execution have passed. On one core that is the idle time after each
 //              run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than
 //              expected let it go faster; an input that has to wait makes it go slower until none has to.
-//   after      by each so-many-th output of its leader, which is another subchain or an unscheduled node, from when it
-//              begins to follow it. Outputs that come while a run is under way, or less than `shortest` after the last
-//              trigger, count, and one trigger follows when that is over. A trigger that came late, as its output did
-//              or since a run was under way, does not delay the next ones in turn: `shortest` holds on average (a
-//              token bucket of one token), and between any two of them most of it (plan::held_apart()), so that the
-//              next ones come sooner until they are on time again. Without a trigger for
-//              silence_limit() it is triggered all the same, and then once a period until there are outputs again; of a
-//              leader that has never given one, after kFirstOutputWithin or a period, and once a period from then on.
-//              So a leader that is missing, stalled or slow does not silence its followers, nor does one that itself
-//              needs what they give before it gives anything. Nor does one that floods them trigger them more often
-//              than `shortest` says. Of a leader that does run, and gives nothing, no more is to be waited for: after
-//              idle_limit(), and then once a period as long as it runs. That breaks no promise (plan/promise.h): where
-//              it cannot run there is no trigger before silence_limit().
+//   after      by each so-many-th output of its leader, which is another subchain or an unscheduled node, counted from
+//              when it begins to follow it.
+//              Too often: outputs that come while a run is under way, or too soon after the last trigger, count, and
+//              one trigger follows when that is over. `shortest` between triggers holds on average (a token bucket of
+//              one token), and most of it between any two (plan::held_apart()). So a leader that floods its follower
+//              triggers it no more often than that; but a trigger that came late, as its output did or since a run was
+//              under way, does not make the next ones late: they come sooner until they are on time again.
+//              Too seldom: a leader that is missing, stalled or slow, or that itself needs what its follower gives
+//              before it gives anything, does not silence its follower. That is triggered all the same, and then once
+//              a period until there are outputs again:
+//                after silence_limit() without a trigger;
+//                after kFirstOutputWithin, or a period, where the leader has never given an output;
+//                after idle_limit(), and only while it runs, where the leader runs and gives nothing. This is sooner,
+//                and breaks no promise (plan/promise.h): where the leader cannot run, there is no trigger before
+//                silence_limit().
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of

@@ -30,27 +30,28 @@ class ClientNodes {
 
   // Remembers what the thread has, unless a server has raised it already.
   void add(NodeId node, os::ThreadId thread);
-  // The newest of them that is this node with this thread, which gets back what it had.
+  // The thread gets back what it had. Where the node was added several times with it, the newest of these goes.
   void remove(NodeId node, os::ThreadId thread);
   bool has(NodeId node) const;
-  // The same of another thread. Nothing where the node is not there. One that ends is forgotten, by the next call that
-  // adds, updates or restores at the latest, also where another has its number by then.
+  // As add() and remove(), for another thread of the node; nothing happens where the node is not there. A thread that
+  // has ended is forgotten by the next call that adds, updates or restores, at the latest. A new thread that has its
+  // number by then is not taken for it.
   void add_thread(NodeId node, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
-  // One that works for all nodes of this program, which the server is yet to be told of. It is forgotten as those are.
-  // Errors: a thread of another process.
+  // A thread that works for all nodes of this program. The server learns of it by tell_shared(). It is forgotten as
+  // those of nodes are. Errors: it is a thread of another process.
   Status share(os::ThreadId thread);
   std::vector<os::ThreadId> shared() const { return state_.lock()->shared; }
   std::vector<RegisteredNode> all() const { return state_.lock()->nodes; }
-  // Says to a server that this program runs the node, with all its threads; which are shared is said by
-  // tell_all_shared().
+  // Tells a server that this program runs the node, and all of its threads but the shared ones: tell_all_shared().
   Status join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
               const Meanwhile& meanwhile);
   Status tell_all_shared(Conversation& conversation, const Meanwhile& meanwhile);
-  // The same of those that were named since a server was last told.
+  // Only of those that no server has been told of yet.
   Status tell_shared(Conversation& conversation, const Meanwhile& meanwhile);
   bool has_untold() const { return !state_.lock()->untold.empty(); }
-  // Before a server gets the threads again: what they have by now is what they get back, unless it is a server's doing.
+  // To be called before a server gets the threads again: what they have now is what they get back in the end, unless a
+  // server gave it to them.
   void update_saved_scheduling();
 
   // Restores the scheduling of threads that a server has raised or moved: the nodes' own, those that work for all, and

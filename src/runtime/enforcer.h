@@ -31,10 +31,10 @@ class Enforcer {
 
   // Until restore_for_good(): afterwards these do nothing.
   //
-  // Puts a thread on `cpus` at `level` (kOrdinary where levels cannot be had). A CPU that cannot be had is an error, a
-  // level that cannot be had is not: see above. That of a thread of another process is asked for again if it does not
-  // stay. That a thread is gone is no error. One of another process that the guardian cannot watch is left alone, which
-  // is an error.
+  // Puts a thread on `cpus` at `level`, or at kOrdinary where levels cannot be had: that is no error, see above. The
+  // level of a thread of another process is set again where that process has changed it meanwhile.
+  // Errors: a CPU that cannot be had; a thread of another process that the guardian cannot watch, which is left alone.
+  // None where the thread has ended.
   Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner);
   // The same of a thread of this process.
   Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus) {

@@ -240,7 +240,7 @@ Study collisions(const Setting& setting) {
 }
 
 Study exploration(const Setting& setting) {
-  const Conditions conditions = in_world(setting, setting.map2, {20, 300.0}, {2, 75.0});
+  const Conditions conditions = in_world(setting, setting.map2, {20, 450.0}, {2, 75.0});
   constexpr Scheduler kPaperWithout{"paper-without-stealing", "the paper's Catan without stealing", "paper", "", false};
   constexpr Scheduler kCatanWithout{"catan-without-stealing", "Catan without stealing", "catan", "", false};
   return {.id = "map2",

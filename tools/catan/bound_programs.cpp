@@ -106,7 +106,7 @@ class Missing {
                                      [&](const NodeSnapshot& one) { return one.name == name; });
       if (node == snapshot.nodes.end() || node->compute_ms.count > 0) continue;
       note(fmt::format("node {} has not run in {} s: {}, or a node of the same subchain is missing; the others go on",
-                       name, kAllShouldRun, fmt::format(fmt::runtime(programs_.missing), callback.program)));
+                       name, kAllShouldRun, programs_.why_missing(callback.program)));
     }
   }
 

@@ -49,7 +49,8 @@ struct ProgramCallback {
 struct BoundPrograms {
   std::vector<ProgramCallback> callbacks;
   std::string bindings_variable;  // of the environment, by which programs are told of them
-  std::string missing;            // why a node has not run, with {} for its program
+  // Why a node of that program has not run, as part of a sentence. Called once a node, while others run: to be quick.
+  std::function<std::string(const std::string& program)> why_missing;
   // What else programs are told, as NAME=VALUE, where the server listens at `socket`, an absolute path.
   std::function<Result<std::vector<std::string>>(const std::string& socket)> environment;
 };

@@ -41,7 +41,9 @@ int run(const BoundProgramsOptions& options) {
   BoundPrograms programs;
   programs.callbacks = bound_callbacks(*bindings);
   programs.bindings_variable = catan_ros::kIllixrBindingsVariable;
-  programs.missing = "plugin {} was not loaded, not behind Catan's header, or has no such callback";
+  programs.why_missing = [](const std::string& plugin) {
+    return fmt::format("plugin {} was not loaded, not behind Catan's header, or has no such callback", plugin);
+  };
   programs.environment = [](const std::string&) -> Result<std::vector<std::string>> {
     auto preload = threads_preload_entry();
     if (!preload) return preload.error();

@@ -1,7 +1,9 @@
 // catan ros: schedules ROS programs that nobody changed.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "common/binding.h"
 #include "port_libraries.h"
 #include "ros_bind.h"
+#include "ros_master.h"
 #include "ros_node.h"
 #include "ros_programs.h"
 #include "shared_file_path.h"
@@ -20,13 +23,38 @@
 namespace ctn::tool {
 namespace {
 
+// As the master tells, which is asked for no longer than this in all.
+constexpr std::chrono::seconds kAskAtMost{2};
+
+class WhyMissing {
+ public:
+  std::string operator()(const std::string& node) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!until_) until_ = now + kAskAtMost;
+    if (now >= *until_) return fmt::format("its ROS node {} has not come, or has no such callback", node);
+    const RosMaster master = RosMaster::from_environment();
+    if (!master.knows(node)) return fmt::format("its ROS node {} has not come", node);
+    if (master.is_python(node)) {
+      return fmt::format(
+          "its ROS node {} is written in Python, whose callbacks cannot be triggered (write external: true in place of "
+          "its binding)",
+          node);
+    }
+    return fmt::format("its ROS node {} has no such callback, or was not started by the command", node);
+  }
+
+ private:
+  std::optional<std::chrono::steady_clock::time_point> until_;
+};
+
 int run(const RosRunOptions& options) {
-  return run_ros_programs(options, [](const std::string& socket) -> Result<std::vector<std::string>> {
+  const auto environment = [](const std::string& socket) -> Result<std::vector<std::string>> {
     auto preload = ros_preload_entry();
     if (!preload) return preload.error();
     return std::vector<std::string>{std::move(*preload), fmt::format("{}={}", catan_ros::kMessageRunsVariable,
                                                                      shared_file_path(socket, ".messages"))};
-  });
+  };
+  return run_ros_programs(options, {environment, WhyMissing()});
 }
 
 void add_ros_run_command(CLI::App& ros, int& exit_code) {

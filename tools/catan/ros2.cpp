@@ -18,12 +18,15 @@ namespace ctn::tool {
 namespace {
 
 int run_ros2(const RosRunOptions& options) {
-  return run_ros_programs(options, [](const std::string& socket) -> Result<std::vector<std::string>> {
+  const auto environment = [](const std::string& socket) -> Result<std::vector<std::string>> {
     auto preload = threads_preload_entry();
     if (!preload) return preload.error();
     return std::vector<std::string>{
         std::move(*preload), fmt::format("{}={}", catan_ros::kRunTimesVariable, shared_file_path(socket, ".runs"))};
-  });
+  };
+  return run_ros_programs(options, {environment, [](const std::string& node) {
+                                      return fmt::format("its ROS node {} has not come, or has no such callback", node);
+                                    }});
 }
 
 }  // namespace

@@ -169,6 +169,8 @@ Result<catan_ros::Connections> RosMaster::connections() const {
   return catan_ros::Connections{nodes_by_topic(state->list[0]), nodes_by_topic(state->list[1])};
 }
 
+bool RosMaster::knows(const std::string& node) const { return ask(uri_, "lookupNode", {kOwnName, node}).has_value(); }
+
 bool RosMaster::is_python(const std::string& node) const {
   const std::optional<XmlRpcValue> uri = ask(uri_, "lookupNode", {kOwnName, node});
   if (!uri) return false;

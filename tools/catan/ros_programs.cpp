@@ -59,8 +59,7 @@ void RosRunOptions::add_to(CLI::App& command_line, const std::string& starts) {
   programs.add_to(command_line, starts);
 }
 
-int run_ros_programs(const RosRunOptions& options,
-                     const std::function<Result<std::vector<std::string>>(const std::string& socket)>& environment) {
+int run_ros_programs(const RosRunOptions& options, const RosSide& side) {
   auto file = config::load_app_file(options.programs.app);
   if (!file) return report_error(file.error());
   const auto bindings = load_ros_bindings(*file, options);
@@ -69,8 +68,8 @@ int run_ros_programs(const RosRunOptions& options,
   BoundPrograms programs;
   programs.callbacks = bound_ros_callbacks(*bindings);
   programs.bindings_variable = catan_ros::kBindingsVariable;
-  programs.missing = "its ROS node {} has not come, or has no such callback";
-  programs.environment = environment;
+  programs.why_missing = side.why_missing;
+  programs.environment = side.environment;
   return run_bound_programs(*file, options.programs, programs);
 }
 

@@ -19,8 +19,13 @@ struct RosRunOptions {
   void add_to(CLI::App& command_line, const std::string& starts);
 };
 
-// `environment` is that of BoundPrograms. The command's exit code.
-int run_ros_programs(const RosRunOptions& options,
-                     const std::function<Result<std::vector<std::string>>(const std::string& socket)>& environment);
+// What is not the same in ROS 1 and 2; as in BoundPrograms.
+struct RosSide {
+  std::function<Result<std::vector<std::string>>(const std::string& socket)> environment;
+  std::function<std::string(const std::string& program)> why_missing;
+};
+
+// The command's exit code.
+int run_ros_programs(const RosRunOptions& options, const RosSide& side);
 
 }  // namespace ctn::tool

@@ -1,7 +1,7 @@
 // Whether a scan saw through a place where another one hit something: then something has moved, or the two are not from
 // where they are said to be (as in F. Pomerleau et al., "Long-term 3D Map Maintenance in Dynamic Environments", 2014).
 //
-// Units: metres, radians. Thread safety: no state.
+// Units: metres, radians. Thread safety: functions are pure; one thread an object.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,7 @@ struct Conflict {
 Conflict conflict(const CleanScan& scan, const Pose& from, const std::vector<Point>& points);
 
 // Of each keyframe its points, without those that one of the five keyframes before or after it saw through: what did
-// not move. Thread safety: one thread an object.
+// not move.
 class StillPoints {
  public:
   // Of keyframes that are new since the last call; the others are those of then. `work`: the beams that were looked at.

@@ -272,8 +272,9 @@ nodes:
   gone: { fallback_rate: 20Hz }
   misspelt: { fallback_rate: 20Hz }
   mistyped: { fallback_rate: 20Hz }
+  scripted: { fallback_rate: 20Hz }
 objective: [ { period: there, weight: 1 }, { period: gone, weight: 1 }, { period: misspelt, weight: 1 },
-             { period: mistyped, weight: 1 } ]
+             { period: mistyped, weight: 1 }, { period: scripted, weight: 1 } ]
 )");
   write("bind.yaml", R"(catan: 1
 ros:
@@ -281,6 +282,7 @@ ros:
   gone: { node: /nobody, topic: /data }
   misspelt: { node: /worker, topic: /dada }
   mistyped: { node: /typed, topic: /speed }
+  scripted: { node: /talker, topic: /data }
 )");
   write_talker("/speed", "Float64");
   start("talker", "/usr/bin/python3 talker.py");
@@ -289,7 +291,11 @@ ros:
   EXPECT_TRUE(counts("worker", "calls", 40)) << text_of(path("run.err"));
   wait(run, seconds{60});
   EXPECT_THAT(text_of(path("run.err")), HasSubstr("node gone has not run in 10 s: its ROS node /nobody has not come"));
-  EXPECT_THAT(text_of(path("run.err")), HasSubstr("node misspelt has not run"));
+  EXPECT_THAT(text_of(path("run.err")),
+              HasSubstr("node misspelt has not run in 10 s: its ROS node /worker has no such callback"));
+  EXPECT_THAT(text_of(path("run.err")),
+              HasSubstr("node scripted has not run in 10 s: its ROS node /talker is written in Python, whose callbacks "
+                        "cannot be triggered (write external: true in place of its binding), or a node"));
   EXPECT_THAT(
       text_of(path("run.err")) + text_of(path("run.out")),
       AllOf(HasSubstr("/worker has not asked for a subscription of /dada in 10 s, which is to be node misspelt"),
@@ -320,6 +326,26 @@ TEST_F(ProgramsTest, AProgramThatTakesThePlaceOfAnotherIsScheduled) {
   EXPECT_LE(in_a_second, 15);
   EXPECT_EQ(end(second, SIGINT), 0);
   EXPECT_THAT(text_of(path("second.out")), HasSubstr("catan: node work is scheduled")) << text_of(path("second.err"));
+}
+
+TEST_F(ProgramsTest, ASecondProgramThatClaimsANodeIsToldAndRunsAsWithoutCatan) {
+  write_app_of_work("fallback_rate: 5Hz");
+  write_binding_of_work("/first");
+  write_binding_of_work("/second", "other.yaml");
+  const std::string catan = CATAN_COMMAND;
+  start("serve", catan + " serve app.yaml --scheduler default --socket server");
+  start_node("feed", "--timer 10 --out /data");
+  const auto join = [&](const std::string& bind, const std::string& node) {
+    return start(node, catan + " ros run app.yaml --bind " + bind + " --socket server -- " + PLAIN_NODE + " " + node +
+                           " --in /data --counts " + node + ".json");
+  };
+  join("bind.yaml", "first");
+  ASSERT_TRUE(counts("first", "calls", 5)) << text_of(path("first.err"));
+  const int second = join("other.yaml", "second");
+  EXPECT_TRUE(counts("second", "calls", 200)) << "with each message";
+  EXPECT_EQ(end(second, SIGINT), 0);
+  EXPECT_THAT(text_of(path("second.out")) + text_of(path("second.err")),
+              HasSubstr("node work is there already; stop the program that runs it, or this one"));
 }
 
 TEST_F(ProgramsTest, ANodeThatIsKilledInACallbackComesBackAndAMasterThatEndsHoldsUpNothing) {
