@@ -53,7 +53,8 @@ Foresight::Foresight(const LocalMap& map, const Odometry& odometry, double react
                 std::min(hard, now),
                 std::min(side, now),
                 moving.moves() ? caution : 1.0,
-                std::min(moving.radius + kCourseMargin, now)};
+                std::min(moving.radius + kCourseMargin, now),
+                moving.will_be_faster()};
     // Where the robot is beside the course, but nearer than it should be, it should come no nearer.
     const Point nearest = thing.on_course(position(odometry.pose), age_ + kHorizon);
     const double beside = distance_from_outline(odometry.pose, nearest) - kComeNoNearer;
@@ -72,7 +73,7 @@ Foresight::Foresight(const LocalMap& map, const Odometry& odometry, double react
 // ahead than what is expected, but for its pace, and may be as far back as if it had turned when it was seen last.
 Point Foresight::Thing::on_course(Point point, double seconds) const {
   const double way = moving.pace * (moving.unseen + seconds);
-  const double gone = std::hypot(moving.velocity.x, moving.velocity.y) * moving.unseen;  // of it, if it went on
+  const double gone = moving.speed() * moving.unseen;  // of it, if it went on
   const bool goes_to_its_end = moving.moves() && std::isfinite(moving.ahead);
   const double back =
       goes_to_its_end ? share * way - gone - 2.0 * std::max(0.0, moving.ahead - kEndMargin) : share * (way + gone);
@@ -98,9 +99,12 @@ void Foresight::advance(Moment& moment, const Velocity& wanted) const {
 Foresight::Met Foresight::meets(Moment& moment) {
   const double since = age_ + moment.seconds;
   for (const Thing& thing : things_) {
-    work_.candidates += 3;
-    const double apart = std::min(distance_from_outline(moment.pose, thing.moving.at(since)),
-                                  distance_from_outline(moment.pose, thing.moving.at_its_pace(since)));
+    work_.candidates += 2;
+    double apart = distance_from_outline(moment.pose, thing.moving.at(since));
+    if (thing.will_be_faster) {
+      ++work_.candidates;
+      apart = std::min(apart, distance_from_outline(moment.pose, thing.moving.at_its_pace(since)));
+    }
     if (apart < thing.side) return Met::kThing;
     moment.grazes = moment.grazes || apart < thing.hard;
     moment.room = std::min(moment.room, apart - thing.side);

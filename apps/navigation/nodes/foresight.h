@@ -71,6 +71,7 @@ class Foresight {
     double side;   // less is contact
     double share;  // of the way along its course that it can have made since it was seen
     double kept_from_course;
+    bool will_be_faster;
 
     Point on_course(Point point, double seconds) const;
   };

@@ -117,8 +117,7 @@ void LocalMapper::clear_under(const Pose& pose, Work& work) {
 // Obstacles that have come to be where it is while it moved through them.
 void LocalMapper::take_out(const MovingObstacle& moving, std::vector<std::uint8_t>& obstacles) const {
   const double reach = moving.radius + kTakenOut;
-  const float lately =
-      std::max(kOld, static_cast<float>(2.0 * reach / std::hypot(moving.velocity.x, moving.velocity.y)));
+  const float lately = std::max(kOld, static_cast<float>(2.0 * reach / moving.speed()));
   for (int row = frame_.row(moving.centre.y - reach); row <= frame_.row(moving.centre.y + reach); ++row) {
     for (int column = frame_.column(moving.centre.x - reach); column <= frame_.column(moving.centre.x + reach);
          ++column) {

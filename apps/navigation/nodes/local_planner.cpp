@@ -142,6 +142,8 @@ class DynamicWindow {
     return best;
   }
 
+  bool allows(const Velocity& velocity, double margin) { return std::isfinite(judge(velocity, margin)); }
+
   const Work& work() const { return work_; }
 
  private:
@@ -198,11 +200,19 @@ class DynamicWindow {
 };
 
 // Where nothing moves.
-Choice among_standing(DynamicWindow& window, const Aim& aim) {
+Choice among_standing(DynamicWindow& window, const Aim& aim, bool may_back_up) {
   Choice choice = window.choose({LocalPlanner::kMargin, 0.0, aim.fastest});
   if (choice.moves()) return choice;
-  const Choice tight = window.choose({kTightMargin, kBackwards, aim.fastest});
+  const Choice tight = window.choose({kTightMargin, may_back_up ? kBackwards : 0.0, aim.fastest});
   return tight.score > choice.score + kWorthIt ? tight : choice;
+}
+
+// As near to what stands as it is now, since something holds the robot.
+Velocity straight_on(DynamicWindow& window, double speed) {
+  for (const double margin : {kTightMargin, 0.0, -kTightMargin}) {
+    if (window.allows({speed, 0.0}, margin)) return {speed, 0.0};
+  }
+  return {};
 }
 
 Choice among_moving(DynamicWindow& window, Foresight& foresight) {
@@ -246,6 +256,7 @@ Odometry LocalPlanner::smoothed(const Odometry& counted) {
 }
 
 LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& counted, const Command& command) {
+  getting_free_.feel(counted, wanted_);
   const Result result = plan(map, smoothed(counted), command);
   wanted_ = result.velocity;
   return result;
@@ -258,6 +269,13 @@ LocalPlanner::Result LocalPlanner::plan(const LocalMap& map, const Odometry& odo
   Foresight foresight(map, odometry, kReaction, caution, kLimits);
 
   Result result;
+  const bool is_to_move = !command.stop || command.look_around;
+  if (is_to_move && getting_free_.speed() && !foresight.concerned()) {
+    DynamicWindow window(map, odometry, {});
+    result.velocity = straight_on(window, *getting_free_.speed());
+    result.work = window.work();
+    return result;
+  }
   Aim aim;
   if (command.stop) {
     if (command.look_around) {
@@ -278,7 +296,8 @@ LocalPlanner::Result LocalPlanner::plan(const LocalMap& map, const Odometry& odo
     result.work = detour.work;
   }
   DynamicWindow window(map, odometry, aim);
-  const Choice choice = foresight.concerned() ? among_moving(window, foresight) : among_standing(window, aim);
+  const Choice choice = foresight.concerned() ? among_moving(window, foresight)
+                                              : among_standing(window, aim, getting_free_.may_back_up());
   result.velocity = choice.velocity;
   result.safety = choice.safety;
   result.work += window.work();

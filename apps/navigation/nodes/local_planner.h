@@ -11,6 +11,8 @@
 // the one with which contact can be put off longest. A robot that has waited for long takes less account of what may
 // turn back.
 //
+// Where the base does not do what it is told, something holds it that the map does not show (getting_free.h).
+//
 // How fast the base is follows from what it was told, corrected by what the wheels count: over 20 ms that is wrong by
 // 0.1 m/s, by which the way to stop would change from one run to the next by a tenth of a metre.
 //
@@ -26,6 +28,7 @@
 #include "detour.h"
 #include "foresight.h"
 #include "geometry.h"
+#include "getting_free.h"
 #include "local_mapper.h"
 #include "navigation_command.h"
 #include "robot.h"
@@ -55,6 +58,7 @@ class LocalPlanner {
 
   std::chrono::nanoseconds stamp_{};  // of the last map
   double waited_ = 0.0;               // seconds
+  GettingFree getting_free_;
   // Of the run before: what the wheels had counted until then, how fast the base was, and what it was told.
   std::chrono::nanoseconds counted_at_{};
   std::optional<Velocity> driven_;

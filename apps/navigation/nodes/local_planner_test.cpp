@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "testing/analytic_world.h"
+#include "testing/simulated_world.h"
 
 namespace ctn::navigation {
 namespace {
@@ -69,6 +70,23 @@ TEST(LocalPlanner, TurnsOnTheSpotToACarrotBehind) {
   EXPECT_GT(world.truth().heading, 0.5);
   drive(world, towards({-3.0, 0.5}), 5.0);
   EXPECT_LT(world.truth().x, -1.5);
+}
+
+// A wall just behind it, where its laser sees nothing, and which it touches as it turns.
+TEST(LocalPlanner, GetsFreeOfAWallThatItDoesNotSee) {
+  world::WorldFile file;
+  file.bounds = {{0.0, 0.0}, {8.0, 8.0}};
+  world::add_block(file, {{0.0, 0.0}, {8.0, 0.0}, {8.0, 8.0}, {0.0, 8.0}});
+  file.start = {kInnerRadius + 0.02, 4.0, 0.0};
+  testing::SimulatedWorld plant(file, {});
+  LocalMapper mapper;
+  LocalPlanner planner;
+  while (plant.time() < 30.0) {
+    const LocalMap map = mapper.run(*ScanFilter{}.run(plant.scan(), plant.odometry()).scan).map;
+    plant.advance(0.04, planner.run(map, plant.odometry(), towards({1.0, 6.5})).velocity);
+  }
+  EXPECT_FALSE(plant.world().contacts().empty()) << "the wall did not hold it: this test shows nothing";
+  EXPECT_LT(distance(position(plant.world().truth()), {1.0, 6.5}), 0.5);
 }
 
 TEST(LocalPlanner, StopsBeforeAWall) {

@@ -50,19 +50,18 @@ struct MovingObstacle {
   double unseen = 0.0;  // seconds since it was seen last; where it is now is then only what is expected
 
   bool moves() const { return velocity.x != 0.0 || velocity.y != 0.0; }
+  double speed() const { return std::hypot(velocity.x, velocity.y); }
   // If it goes on as it does, until its course ends.
-  Point at(double seconds) const {
-    const double way = std::hypot(velocity.x, velocity.y) * seconds;
-    return centre + velocity * (way > ahead ? seconds * ahead / way : seconds);
-  }
-  // If it has gone that way at its pace since it was seen last, where that is faster: what has just turned back, or
-  // started, is slower than it will be by what was measured of it.
+  Point at(double seconds) const { return moves() ? along(speed() * seconds) : centre; }
+  // If it has gone that way at its pace since it was seen last: what has just turned back, or started, is slower than
+  // it will be by what was measured of it.
   Point at_its_pace(double seconds) const {
-    const double speed = std::hypot(velocity.x, velocity.y);
-    if (speed == 0.0 || pace <= speed) return at(seconds);
-    const double way = std::min(pace * (unseen + seconds) - speed * unseen, ahead);
-    return centre + velocity * (way / speed);
+    return will_be_faster() ? along(pace * (unseen + seconds) - speed() * unseen) : at(seconds);
   }
+  bool will_be_faster() const { return moves() && pace > speed(); }
+
+ private:
+  Point along(double way) const { return centre + velocity * (std::min(way, ahead) / speed()); }
 };
 
 class MotionTracker {
