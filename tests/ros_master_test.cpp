@@ -65,7 +65,7 @@ TEST(RosMaster, WhereNoneAnswersTheErrorSaysWhatToDo) {
       connections.error().message(),
       "no ROS master answers at http://localhost:1; start roscore, or roslaunch, which starts one; ROS_MASTER_URI "
       "says where it is");
-  EXPECT_FALSE(RosMaster("nonsense").is_python("/node"));
+  EXPECT_EQ(RosMaster("nonsense").node("/node"), RosMaster::Node::kUnknown);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <optional>
@@ -31,6 +32,13 @@ constexpr Nanos silence_limit(Nanos period) { return std::max<Nanos>(10 * period
 // on average: in any time it is triggered once more than that says, at most. So one that came late, since its output
 // did, does not make the next ones late where outputs come just once a period.
 constexpr Nanos held_apart(Nanos period) { return period / 5 * 4; }
+
+// So it is triggered at most `at_once + time / apart` times within any time, by each of the two.
+struct Hold {
+  int at_once;
+  Nanos apart;
+};
+constexpr std::array<Hold, 2> holds_of_follower(Nanos period) { return {{{1, held_apart(period)}, {2, period}}}; }
 
 struct PeriodLimits {
   Millis min{0};                   // p may be no shorter: the lowest max_rate of the nodes; 0: no cap

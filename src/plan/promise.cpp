@@ -103,11 +103,17 @@ class Analysis {
     return late + run + jitter_[leader];
   }
 
-  // The least time between any two triggers, however early outputs come: what is triggered by a pause is held back
-  // until its period is over, what is triggered by outputs for most of it. 0: there is none.
-  static Millis held_apart(const Member& member) {
-    if (member.after) return to_millis(plan::held_apart(to_nanos(member.period)));
-    return member.pause ? member.period : Millis{0};
+  // Calls `use` for each that holds its triggers apart, however early outputs come. What is triggered by a pause is
+  // held back until its period is over.
+  template <class Use>
+  static void for_each_hold(const Member& member, Use use) {
+    if (!member.after) {
+      if (member.pause && member.period >= kMinSpacing) use(1, member.period);
+      return;
+    }
+    for (const Hold& hold : holds_of_follower(to_nanos(member.period))) {
+      if (to_millis(hold.apart) >= kMinSpacing) use(hold.at_once, to_millis(hold.apart));
+    }
   }
 
   static Millis silence_limit(const Member& member) { return to_millis(plan::silence_limit(to_nanos(member.period))); }
@@ -140,24 +146,19 @@ class Analysis {
     const Line by_jitter{1.0 + (jitter_[i] + carried) / spacing_[i], 1.0 / spacing_[i].count()};
     const auto at = [&](const Line& line) { return line.at_once + line.rate * window.count(); };
     Line least = by_jitter;
-    const auto consider = [&](double more, Millis apart) {
-      if (apart < kMinSpacing) return;
-      const Line held{1.0 + more + carried / apart, 1.0 / apart.count()};
+    for_each_hold(member, [&](int at_once, Millis apart) {
+      const Line held{at_once + carried / apart, 1.0 / apart.count()};
       if (at(held) < at(least)) least = held;
-    };
-    consider(0.0, held_apart(member));
-    if (member.after) consider(1.0, member.period);  // plan::held_apart()
+    });
     return least;
   }
   double triggers_within(const Member& member, Millis window, Waits waits) const {
     const std::size_t i = member.subchain.index();
     const Millis reach = window + carried_over(member, waits);
     double least = std::ceil((reach + jitter_[i]) / spacing_[i] - kRounding);
-    const auto consider = [&](double more, Millis apart) {
-      if (apart >= kMinSpacing) least = std::min(least, more + std::ceil(reach / apart - kRounding));
-    };
-    consider(0.0, held_apart(member));
-    if (member.after) consider(1.0, member.period);  // plan::held_apart()
+    for_each_hold(member, [&](int at_once, Millis apart) {
+      least = std::min(least, at_once - 1 + std::ceil(reach / apart - kRounding));
+    });
     return least;
   }
 

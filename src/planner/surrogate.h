@@ -112,6 +112,12 @@ class Surrogate {
 
     double within(double ms) const { return at_once + rate * ms; }
   };
+  struct UsedAbove {  // of a core, by subchains above one
+    Line soon{};
+    Line on_average{};
+    double if_held = 0.0;        // a ms, however early outputs come that trigger them
+    double silence = kInfinity;  // ms after which one may come again, in spite of a run
+  };
   struct Timing {  // of a subchain
     double cost = 0.0;
     double square = 0.0;  // mean of the squares
@@ -213,6 +219,9 @@ class Surrogate {
   void time_pipelines(const trial::Schedule& schedule);
   double parallel_part(std::size_t kind, std::size_t subchain, int threads) const;
   int turns_of(const trial::Schedule& schedule, std::size_t subchain, int priority) const;
+  UsedAbove used_above(const trial::Schedule& schedule, std::size_t subchain, std::size_t first, std::size_t last,
+                       bool in_turn) const;
+  void promise_triggers(const trial::Place& place, std::size_t subchain, double jitter);
   void promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   double promised_apart(const trial::Schedule& schedule, std::size_t subchain);

@@ -151,6 +151,53 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
   }
 }
 
+// What those in order_[first, last), which are above it on its core, use of the core. `in_turn`: those that a run of
+// it keeps from coming again (turns_of()) use it so often at once, unless the run lasts for `silence`.
+Surrogate::UsedAbove Surrogate::used_above(const trial::Schedule& schedule, std::size_t subchain, std::size_t first,
+                                           std::size_t last, bool in_turn) const {
+  UsedAbove used;
+  for (std::size_t above = first; above < last; ++above) {
+    const std::size_t j = order_[above];
+    const Timing& other = timings_[j];
+    const int turns = in_turn ? turns_of(schedule, j, schedule.subchains[subchain].priority) : 0;
+    if (turns > 0) {
+      used.soon.at_once += turns * other.planned;
+      used.on_average.at_once += turns * other.planned;
+      used.silence = std::min(used.silence, to_millis(plan::silence_limit(schedule.subchains[j].period)).count());
+      continue;
+    }
+    used.soon.at_once += other.promised_soon.at_once * other.planned;
+    used.soon.rate += other.promised_soon.rate * other.planned;
+    used.on_average.at_once += other.promised_on_average.at_once * other.planned;
+    used.on_average.rate += other.promised_on_average.rate * other.planned;
+    used.if_held += other.held_rate * other.planned;
+  }
+  return used;
+}
+
+// How often it may come at most, for those below it: early by the jitter, or as often as its period lets it.
+void Surrogate::promise_triggers(const trial::Place& place, std::size_t subchain, double jitter) {
+  Timing& timing = timings_[subchain];
+  const double spacing = timing.spacing;
+  // What a run that waits leaves undone comes close to the next one (plan/promise.h).
+  const bool leaves = timing.planned_waits > 0.0 || (!kept_away_.empty() && kept_away_[subchain]);
+  const double carried = leaves ? timing.promised_execution - timing.planned : 0.0;
+  const bool is_held = place.after && place.period > dispatch::kShortestPeriod;
+  const auto least_within = [&](double interval) {
+    Line least{1.0 + (jitter + carried) / spacing, 1.0 / spacing};
+    if (!is_held) return least;
+    for (const plan::Hold& hold : plan::holds_of_follower(place.period)) {
+      const double apart = to_millis(hold.apart).count();
+      const Line line{hold.at_once + carried / apart, 1.0 / apart};
+      if (line.within(interval) < least.within(interval)) least = line;
+    }
+    return least;
+  };
+  constexpr double kManyRuns = 8.0;
+  timing.promised_soon = least_within(spacing);
+  timing.promised_on_average = least_within(kManyRuns * spacing);
+}
+
 // With those above it on its core in order_[first, last).
 void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last) {
   constexpr double kOutOfReach = 1e9;
@@ -160,43 +207,24 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   Timing& timing = timings_[i];
   const std::optional<double> blocked = promised_blocking(schedule, i);
   promised_ = promised_ && blocked;
-  double used_if_held = 0.0;
-  double silence = kInfinity;
-  for (const bool in_turn : {true, false}) {
-    // What those above use of the core: at once, and a ms.
-    Line soon;
-    Line on_average;
-    used_if_held = 0.0;
-    for (std::size_t above = first; above < last; ++above) {
-      const std::size_t j = order_[above];
-      const Timing& other = timings_[j];
-      const int turns =
-          in_turn && planned_waits_[i] == 0.0 && blocked == 0.0 ? turns_of(schedule, j, place.priority) : 0;
-      if (turns > 0) {
-        soon.at_once += turns * other.planned;
-        on_average.at_once += turns * other.planned;
-        silence = std::min(silence, to_millis(plan::silence_limit(schedule.subchains[j].period)).count());
-        continue;
-      }
-      soon.at_once += other.promised_soon.at_once * other.planned;
-      soon.rate += other.promised_soon.rate * other.planned;
-      on_average.at_once += other.promised_on_average.at_once * other.planned;
-      on_average.rate += other.promised_on_average.rate * other.planned;
-      used_if_held += other.held_rate * other.planned;
-    }
-    const double alone = timing.planned + timing.planned_waits + blocked.value_or(0.0);
+  const double alone = timing.planned + timing.planned_waits + blocked.value_or(0.0);
+  const auto promise_execution = [&](bool in_turn) {
+    const UsedAbove used = used_above(schedule, i, first, last, in_turn);
     timing.promised_stretch = 0.0;
     timing.promised_execution = kOutOfReach;
-    for (const Line& used : {soon, on_average}) {
-      if (used.rate >= kNothingLeft) continue;
-      const double execution = (alone + used.at_once) / (1.0 - used.rate);
+    for (const Line& line : {used.soon, used.on_average}) {
+      if (line.rate >= kNothingLeft) continue;
+      const double execution = (alone + line.at_once) / (1.0 - line.rate);
       if (execution >= timing.promised_execution) continue;
       timing.promised_execution = execution;
-      timing.promised_stretch = 1.0 / (1.0 - used.rate);
+      timing.promised_stretch = 1.0 / (1.0 - line.rate);
     }
-    if (timing.promised_execution < silence) break;
-  }
-  promised_ = promised_ && used_if_held < kNothingLeft;
+    return used;
+  };
+  const bool may_be_in_turn = planned_waits_[i] == 0.0 && blocked == 0.0;
+  UsedAbove used = promise_execution(may_be_in_turn);
+  if (timing.promised_execution >= used.silence) used = promise_execution(false);
+  promised_ = promised_ && used.if_held < kNothingLeft;
   double spacing = to_millis(place.period).count();
   if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
   double usual = spacing;
@@ -209,30 +237,12 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   }
   const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
   timing.promised_period = std::max(usual, timing.promised_execution + pause);
-  spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
-  timing.spacing = spacing;
-  if (!place.pause) jitter += std::max(0.0, timing.promised_execution - spacing);
+  timing.spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
+  if (!place.pause) jitter += std::max(0.0, timing.promised_execution - timing.spacing);
   if (place.after) jitter += promised_lateness(*place.after);
-  // What a run that waits leaves undone comes close to the next one (plan/promise.h).
-  const bool leaves = timing.planned_waits > 0.0 || (!kept_away_.empty() && kept_away_[i]);
-  const double carried = leaves ? timing.promised_execution - timing.planned : 0.0;
-  const double held = to_millis(place.period).count();
-  const double apart = to_millis(plan::held_apart(place.period)).count();
-  const bool is_held = place.after && place.period > dispatch::kShortestPeriod;
-  // Early by the jitter; or held apart by most of its period, or by all of it but for one trigger (plan::held_apart()).
-  const auto least_within = [&](double interval) {
-    Line least{1.0 + (jitter + carried) / spacing, 1.0 / spacing};
-    if (!is_held) return least;
-    for (const Line& line : {Line{1.0 + carried / apart, 1.0 / apart}, Line{2.0 + carried / held, 1.0 / held}}) {
-      if (line.within(interval) < least.within(interval)) least = line;
-    }
-    return least;
-  };
-  constexpr double kManyRuns = 8.0;
-  timing.promised_soon = least_within(spacing);
-  timing.promised_on_average = least_within(kManyRuns * spacing);
-  timing.held_rate =
-      may_come_ever_earlier(schedule, i) ? 1.0 / std::max(held, kMinHeld) : timing.promised_on_average.rate;
+  promise_triggers(place, i, jitter);
+  timing.held_rate = may_come_ever_earlier(schedule, i) ? 1.0 / std::max(to_millis(place.period).count(), kMinHeld)
+                                                        : timing.promised_on_average.rate;
 }
 
 void Surrogate::promise(const trial::Schedule& schedule, Estimate& estimate) {

@@ -31,14 +31,17 @@ class WhyMissing {
   std::string operator()(const std::string& node) {
     const auto now = std::chrono::steady_clock::now();
     if (!until_) until_ = now + kAskAtMost;
-    if (now >= *until_) return fmt::format("its ROS node {} has not come, or has no such callback", node);
-    const RosMaster master = RosMaster::from_environment();
-    if (!master.knows(node)) return fmt::format("its ROS node {} has not come", node);
-    if (master.is_python(node)) {
-      return fmt::format(
-          "its ROS node {} is written in Python, whose callbacks cannot be triggered (write external: true in place of "
-          "its binding)",
-          node);
+    if (now >= *until_) return missing_ros_node(node);
+    switch (RosMaster::from_environment().node(node)) {
+      case RosMaster::Node::kUnknown:
+        return fmt::format("its ROS node {} has not come", node);
+      case RosMaster::Node::kPython:
+        return fmt::format(
+            "its ROS node {} is written in Python, whose callbacks cannot be triggered (write external: true in place "
+            "of its binding)",
+            node);
+      case RosMaster::Node::kOther:
+        break;
     }
     return fmt::format("its ROS node {} has no such callback, or was not started by the command", node);
   }

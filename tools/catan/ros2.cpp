@@ -24,9 +24,7 @@ int run_ros2(const RosRunOptions& options) {
     return std::vector<std::string>{
         std::move(*preload), fmt::format("{}={}", catan_ros::kRunTimesVariable, shared_file_path(socket, ".runs"))};
   };
-  return run_ros_programs(options, {environment, [](const std::string& node) {
-                                      return fmt::format("its ROS node {} has not come, or has no such callback", node);
-                                    }});
+  return run_ros_programs(options, {environment, missing_ros_node});
 }
 
 }  // namespace

@@ -132,7 +132,7 @@ std::vector<std::string> not_observed_of(const RosMaster& master, const catan_ro
   std::vector<std::string> shown;
   const auto until = std::chrono::steady_clock::now() + kAskForLanguages;
   for (const std::string& node : nodes) {
-    const bool python = std::chrono::steady_clock::now() < until && master.is_python(node);
+    const bool python = std::chrono::steady_clock::now() < until && master.node(node) == RosMaster::Node::kPython;
     shown.push_back(node + (python ? " (Python)" : ""));
   }
   return shown;

@@ -169,16 +169,14 @@ Result<catan_ros::Connections> RosMaster::connections() const {
   return catan_ros::Connections{nodes_by_topic(state->list[0]), nodes_by_topic(state->list[1])};
 }
 
-bool RosMaster::knows(const std::string& node) const { return ask(uri_, "lookupNode", {kOwnName, node}).has_value(); }
-
-bool RosMaster::is_python(const std::string& node) const {
-  const std::optional<XmlRpcValue> uri = ask(uri_, "lookupNode", {kOwnName, node});
-  if (!uri) return false;
+RosMaster::Node RosMaster::node(const std::string& name) const {
+  const std::optional<XmlRpcValue> uri = ask(uri_, "lookupNode", {kOwnName, name});
+  if (!uri) return Node::kUnknown;
   const std::optional<XmlRpcValue> process = ask(uri->text, "getPid", {kOwnName});
-  if (!process || !os::parse_integer(process->text)) return false;
+  if (!process || !os::parse_integer(process->text)) return Node::kOther;
   std::error_code failed;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/" + process->text + "/exe", failed);
-  return program.filename().string().starts_with("python");
+  return program.filename().string().starts_with("python") ? Node::kPython : Node::kOther;
 }
 
 }  // namespace ctn::tool

@@ -41,10 +41,8 @@ class RosMaster {
   const std::string& uri() const { return uri_; }
   // kEnvironment: none answers there.
   Result<catan_ros::Connections> connections() const;
-  // Whether the node is registered.
-  bool knows(const std::string& node) const;
-  // Whether the node is a program of this machine that Python runs.
-  bool is_python(const std::string& node) const;
+  enum class Node { kUnknown, kPython, kOther };  // kPython: a program of this machine that Python runs
+  Node node(const std::string& name) const;
 
  private:
   std::string uri_;

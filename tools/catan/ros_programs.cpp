@@ -53,6 +53,10 @@ Result<std::vector<config::RosBinding>> load_ros_bindings(const config::AppFile&
 
 }  // namespace
 
+std::string missing_ros_node(const std::string& ros_node) {
+  return fmt::format("its ROS node {} has not come, or has no such callback", ros_node);
+}
+
 void RosRunOptions::add_to(CLI::App& command_line, const std::string& starts) {
   command_line.add_option("--bind", bind, "Which callback is which node, beside what the app file says")
       ->type_name("FILE");

@@ -25,6 +25,9 @@ struct RosSide {
   std::function<std::string(const std::string& program)> why_missing;
 };
 
+// What is wrong with a bound node that did not run, as far as nobody can be asked.
+std::string missing_ros_node(const std::string& ros_node);
+
 // The command's exit code.
 int run_ros_programs(const RosRunOptions& options, const RosSide& side);
 
