@@ -38,7 +38,9 @@ bool touches_static(const LocalMap& map, const Pose& pose, double margin, double
   const double s = std::sin(pose.heading);
   return std::any_of(kOutline.begin(), kOutline.end(), [&](const Point& point) {
     ++work.candidates;
-    return map.static_clearance_at({pose.x + c * point.x - s * point.y, pose.y + s * point.x + c * point.y}) < margin;
+    const Point at{pose.x + c * point.x - s * point.y, pose.y + s * point.x + c * point.y};
+    const double clear_there = map.static_clearance_at(at);
+    return clear_there < margin || (margin == 0.0 && clear_there == 0.0);
   });
 }
 

@@ -9,8 +9,9 @@
 
 namespace ctn::navigation {
 
-// Whether anything is nearer to the robot's outline than `margin`; one below 0 lets it overlap. `room` becomes the
-// distance from the robot's centre to the nearest obstacle, if that is less.
+// Whether anything is nearer to the robot's outline than `margin`; with 0, whether the outline is in the cell of an
+// obstacle; one below 0 lets it overlap. `room` becomes the distance from the robot's centre to the nearest obstacle,
+// if that is less.
 bool touches_static(const LocalMap& map, const Pose& pose, double margin, double& room, Work& work);
 
 // The distance from the robot's outline to a point; 0 within.

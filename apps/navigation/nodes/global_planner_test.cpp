@@ -265,6 +265,15 @@ TEST(NavigationCommand, HandsOnThePathBeyondTheCarrot) {
   EXPECT_EQ(command.beyond.size(), 12U);
 }
 
+TEST(NavigationCommand, FarFromThePathItPointsToWhereThatIsNearest) {
+  Odometry odometry;
+  odometry.pose = {1.0, 2.5, 0.0};
+  const Command command = NavigationCommand{}.run(straight(), {}, odometry).command;
+  EXPECT_NEAR(command.carrot.x, 1.0, 1e-9);
+  EXPECT_NEAR(command.carrot.y, 1.0, 1e-9);
+  EXPECT_NEAR(command.distance_left, 4.5, 1e-9);
+}
+
 TEST(NavigationCommand, StopsAtTheEndAndWithoutAPath) {
   Odometry odometry;
   odometry.pose = {3.9, 1.0, 0.0};

@@ -20,9 +20,9 @@ constexpr double kRayStep = kCell / 2.0;  // along a beam: no cell is left out o
 
 constexpr float kFree = -0.5F;      // from here down, a cell is known to be free
 constexpr float kLongAgo = -1e6F;   // seconds
-constexpr float kFreshFor = 0.7F;   // seconds for which a cell that something came into tells of motion
-constexpr float kOld = 1.0F;        // an obstacle that has been there for longer does not move
-constexpr float kVeryOld = 3.0F;    // nor is it then taken for something that was seen to move
+constexpr double kFreshFor = 0.7;   // seconds for which a cell that something came into tells of motion
+constexpr double kOld = 1.0;        // an obstacle that has been there for longer does not move
+constexpr double kVeryOld = 3.0;    // nor is it then taken for something that was seen to move
 constexpr double kBesideOld = 0.1;  // metres around an old obstacle within which nothing is taken to have moved
 constexpr double kBesideOldPerMetre = 0.03;  // farther from the robot, errors of its heading count more
 constexpr double kTakenOut = 0.06;           // metres around what moves
@@ -86,7 +86,7 @@ bool LocalMapper::beside_old_obstacle(int column, int row, double range) const {
     for (int x = column - beside; x <= column + beside; ++x) {
       if (!frame_.inside(x, y)) continue;
       const std::size_t cell = frame_.index(x, y);
-      if (evidence_[cell] >= kObstacle && now_ - occupied_[cell] > kOld) return true;
+      if (evidence_[cell] >= kObstacle && since(occupied_[cell]) > kOld) return true;
     }
   }
   return false;
@@ -96,8 +96,8 @@ void LocalMapper::hit(int column, int row, double range) {
   const std::size_t cell = frame_.index(column, row);
   if (marked_[cell] == runs_) return;
   marked_[cell] = runs_;
-  if (evidence_[cell] <= kFree && !beside_old_obstacle(column, row, range)) entered_[cell] = now_;
-  if (evidence_[cell] < kObstacle && evidence_[cell] + kHit >= kObstacle) occupied_[cell] = now_;
+  if (evidence_[cell] <= kFree && !beside_old_obstacle(column, row, range)) entered_[cell] = static_cast<float>(now_);
+  if (evidence_[cell] < kObstacle && evidence_[cell] + kHit >= kObstacle) occupied_[cell] = static_cast<float>(now_);
   evidence_[cell] = std::min(kMaxEvidence, evidence_[cell] + kHit);
 }
 
@@ -117,13 +117,13 @@ void LocalMapper::clear_under(const Pose& pose, Work& work) {
 // Obstacles that have come to be where it is while it moved through them.
 void LocalMapper::take_out(const MovingObstacle& moving, std::vector<std::uint8_t>& obstacles) const {
   const double reach = moving.radius + kTakenOut;
-  const float lately = std::max(kOld, static_cast<float>(2.0 * reach / moving.speed()));
+  const double lately = std::max(kOld, 2.0 * reach / moving.speed());
   for (int row = frame_.row(moving.centre.y - reach); row <= frame_.row(moving.centre.y + reach); ++row) {
     for (int column = frame_.column(moving.centre.x - reach); column <= frame_.column(moving.centre.x + reach);
          ++column) {
       if (!frame_.inside(column, row)) continue;
       const std::size_t cell = frame_.index(column, row);
-      if (obstacles[cell] == 0 || now_ - occupied_[cell] > lately) continue;
+      if (obstacles[cell] == 0 || since(occupied_[cell]) > lately) continue;
       if (distance(frame_.centre(column, row), moving.centre) <= reach) obstacles[cell] = 0;
     }
   }
@@ -134,7 +134,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   Work work{.beams = scan.ranges.size()};
   const double interval = runs_ > 0 ? std::max(0.0, std::chrono::duration<double>(scan.stamp - stamp_).count()) : 0.0;
   fade(interval);
-  now_ += static_cast<float>(interval);
+  now_ += interval;
   stamp_ = runs_ > 0 ? std::max(stamp_, scan.stamp) : scan.stamp;
   move_to(pose);
   ++runs_;
@@ -150,8 +150,8 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
     if (!frame_.inside(column, row)) continue;
     hit(column, row, range);
     const std::size_t cell = frame_.index(column, row);
-    if (now_ - entered_[cell] < kFreshFor) hits[beam] = MotionTracker::Hit::kFresh;
-    if (evidence_[cell] >= kObstacle && now_ - occupied_[cell] > kVeryOld) hits[beam] = MotionTracker::Hit::kOld;
+    if (since(entered_[cell]) < kFreshFor) hits[beam] = MotionTracker::Hit::kFresh;
+    if (evidence_[cell] >= kObstacle && since(occupied_[cell]) > kVeryOld) hits[beam] = MotionTracker::Hit::kOld;
   }
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     const double angle = pose.heading + scan.angle(beam);

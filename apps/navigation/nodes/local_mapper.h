@@ -56,6 +56,8 @@ class LocalMapper {
   void fade(double seconds);
   // A beam of this length ends in the cell.
   void hit(int column, int row, double range);
+  // Seconds since the instant, of entered_ or occupied_: exact to a sixteenth of a second after a week.
+  double since(float instant) const { return now_ - static_cast<double>(instant); }
   bool beside_old_obstacle(int column, int row, double range) const;
   void clear_under(const Pose& pose, Work& work);
   void take_out(const MovingObstacle& moving, std::vector<std::uint8_t>& obstacles) const;
@@ -66,7 +68,7 @@ class LocalMapper {
   // In seconds, as now_: when something last came into the cell, which had been free; since when it is an obstacle.
   std::vector<float> entered_;
   std::vector<float> occupied_;
-  float now_ = 0.0F;
+  double now_ = 0.0;
   std::uint32_t runs_ = 0;
   std::chrono::nanoseconds stamp_{};
   MotionTracker tracker_;

@@ -142,6 +142,11 @@ class DynamicWindow {
     return best;
   }
 
+  // Whether the robot keeps that distance where it is.
+  bool keeps(double margin) {
+    double room = 0.0;
+    return !touches_static(map_, odometry_.pose, margin, room, work_);
+  }
   bool allows(const Velocity& velocity, double margin) { return std::isfinite(judge(velocity, margin)); }
 
   const Work& work() const { return work_; }
@@ -207,10 +212,10 @@ Choice among_standing(DynamicWindow& window, const Aim& aim, bool may_back_up) {
   return tight.score > choice.score + kWorthIt ? tight : choice;
 }
 
-// As near to what stands as it is now, since something holds the robot.
+// Where something holds the robot it may be nearer than usual to what stands; it comes no nearer to it.
 Velocity straight_on(DynamicWindow& window, double speed) {
-  for (const double margin : {kTightMargin, 0.0, -kTightMargin}) {
-    if (window.allows({speed, 0.0}, margin)) return {speed, 0.0};
+  for (const double margin : {kTightMargin, 0.0}) {
+    if (window.keeps(margin)) return window.allows({speed, 0.0}, margin) ? Velocity{speed, 0.0} : Velocity{};
   }
   return {};
 }

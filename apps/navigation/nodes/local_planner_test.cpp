@@ -89,6 +89,31 @@ TEST(LocalPlanner, GetsFreeOfAWallThatItDoesNotSee) {
   EXPECT_LT(distance(position(plant.world().truth()), {1.0, 6.5}), 0.5);
 }
 
+// Held from behind, with something that it sees ahead and a little aside.
+TEST(LocalPlanner, TouchesNothingThatItSeesWhenItGetsFree) {
+  world::WorldFile file;
+  file.bounds = {{0.0, 0.0}, {8.0, 8.0}};
+  world::add_block(file, {{0.0, 0.0}, {8.0, 0.0}, {8.0, 8.0}, {0.0, 8.0}});
+  file.start = {kInnerRadius + 0.02, 4.0, 0.0};
+  const double ahead = file.start.x + 0.44;
+  world::add_block(file, {{ahead, 4.16}, {ahead + 0.3, 4.16}, {ahead + 0.3, 4.5}, {ahead, 4.5}});
+  testing::SimulatedWorld plant(file, {});
+  LocalMapper mapper;
+  LocalPlanner planner;
+  double farthest = 0.0;
+  while (plant.time() < 20.0) {
+    const LocalMap map = mapper.run(*ScanFilter{}.run(plant.scan(), plant.odometry()).scan).map;
+    plant.advance(0.04, planner.run(map, plant.odometry(), towards({1.0, 6.5})).velocity);
+    farthest = std::max(farthest, plant.world().truth().x);
+  }
+  for (const world::Contact& contact : plant.world().contacts()) {
+    const double heading = contact.pose.heading;
+    const double rearmost = contact.pose.x - kInnerRadius * (std::abs(std::cos(heading)) + std::abs(std::sin(heading)));
+    EXPECT_NEAR(rearmost, 0.0, 0.01) << "it is not the wall behind";
+  }
+  EXPECT_GT(farthest, file.start.x + 0.03) << "it did not try to get free: this test shows nothing";
+}
+
 TEST(LocalPlanner, StopsBeforeAWall) {
   AnalyticWorld world({{{2.0, -20.0}, {2.0, 20.0}}}, {0.0, 0.0, 0.0});
   drive(world, towards({6.0, 0.0}), 12.0);

@@ -17,8 +17,8 @@ NavigationCommand::Result NavigationCommand::run(const Path& path, const Localiz
   for (std::size_t i = 1; i < path.points.size(); ++i) {
     if (distance(path.points[i], robot) < distance(path.points[nearest], robot)) nearest = i;
   }
-  std::size_t carrot = path.points.size() - 1;
   double along = distance(path.points[nearest], robot);
+  std::size_t carrot = along >= kLookahead ? nearest : path.points.size() - 1;
   for (std::size_t i = nearest + 1; i < path.points.size(); ++i) {
     const double before = along;
     along += distance(path.points[i - 1], path.points[i]);

@@ -1,8 +1,9 @@
 // The NC node: where LP should head now, from the global path and the newest pose.
 //
 // The robot's pose is the odometry's, corrected by GL. From the point of the path nearest to it, a point a little
-// ahead is looked up, the carrot, and the path beyond, which LP needs where something that the global map lacks stands
-// on the carrot. LP gets both in the odometry's frame, so that it needs no correction.
+// ahead is looked up, the carrot (that point itself, if the robot is far from it), and the path beyond, which LP needs
+// where something that the global map lacks stands on the carrot. LP gets both in the odometry's frame, so that it
+// needs no correction.
 //
 // Without a way, or with nothing left to explore, the robot is to look around: what closed the way on the map may have
 // been passing by, and new keyframes show whether it is still there.

@@ -19,7 +19,7 @@ float single(double value) { return static_cast<float>(value); }
 b2Vec2 vector_of(Point point) { return {single(point.x), single(point.y)}; }
 b2Transform placed(Point point, double heading) {
   b2Transform transform;
-  transform.Set(vector_of(point), single(heading));
+  transform.Set(vector_of(point), single(wrapped(heading)));
   return transform;
 }
 
