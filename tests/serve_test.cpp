@@ -540,7 +540,9 @@ TEST_F(ServeTest, LetsGoOfThreadsItFoundWhenTheirProgramRunsAnotherNode) {
       }
     });
     const auto raised = [&](os::ThreadId thread) { return *os_->level(thread) != os::Level::kOrdinary; };
-    EXPECT_TRUE(eventually([&] { return raised(os_->current_thread()); })) << "it is found";
+    // Placed on the server's CPU; raised only once all of the subchain's nodes are there.
+    const os::CpuSet cpus{os_->online_cpus()->cpus().front()};
+    EXPECT_TRUE(eventually([&] { return *os_->affinity(os_->current_thread()) == cpus; })) << "it is found";
     if (named) {
       EXPECT_TRUE(eye->client().adopt_this_thread("eye").ok());
     }

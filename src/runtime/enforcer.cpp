@@ -55,7 +55,10 @@ void Enforcer::raise_or_refuse(os::ThreadId thread, os::Level level, int attempt
 }
 
 void Enforcer::set_level_now(os::ThreadId thread, os::Level level) {
-  if (real_time()) os_.shift_level(thread, level);
+  if (!real_time()) return;
+  os_.shift_level(thread, level);
+  // Levels may have been refused just before: all threads were lowered then, and this one would stay raised.
+  if (level != os::Level::kOrdinary && !real_time()) os_.shift_level(thread, os::Level::kOrdinary);
 }
 
 void Enforcer::move_now(os::ThreadId thread, const os::CpuSet& cpus) {

@@ -345,7 +345,7 @@ objective: [ { period: left, weight: 1 } ]
   EXPECT_EQ(*fake.level(ids[0]), os::Level::kUnscheduled);
   registered.raise_unscheduled(os::fixed_level(3));
   EXPECT_EQ(*fake.level(ids[0]), os::fixed_level(3));
-  EXPECT_EQ(*fake.level(ids[1]), os::Level::kBackground) << "scheduled ones are the controllers'";
+  EXPECT_EQ(*fake.level(ids[1]), os::Level::kOrdinary) << "scheduled ones are the controllers'";
   join("gps", ids[2]);
   EXPECT_EQ(*fake.level(ids[2]), os::fixed_level(3));
   registered.raise_unscheduled(os::Level::kUnscheduled);

@@ -41,6 +41,7 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       clocks_(app.graph, region),
       log_(app, loop_, measurements, notices),
       collector_(app, os, std::move(from), clocks_, measurements, log_),
+      unscheduled_(app.graph, region, links_, registered_),
       paced_(app.graph.subchains().size(), false) {
   log_.record_to(std::move(writer));
   log_.keep_in(recorder_);
@@ -72,6 +73,8 @@ void Housekeeping::step(TimePoint& next_flush) {
     log_.clock_read(reading);
     controllers_.know_clock(reading.node, reading.ticks);
   }
+  registered_.forget_ended_threads();
+  unscheduled_.look([this](const std::string& what) { notice("watchdog", what); });
   update_registered();
   carry_out_changes(now);
   if (std::optional<driver::Planned> planned = loop_.plan(now, *this)) {

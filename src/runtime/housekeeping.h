@@ -26,6 +26,7 @@
 #include "runtime/enforcer.h"
 #include "runtime/region.h"
 #include "runtime/registered_nodes.h"
+#include "runtime/unscheduled_watch.h"
 
 namespace ctn::runtime {
 
@@ -86,6 +87,7 @@ class Housekeeping : private driver::PlanningHost {
   ClockWatch clocks_;
   EventLog log_;
   Collector collector_;
+  UnscheduledWatch unscheduled_;
   std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};

@@ -120,6 +120,16 @@ void NodePort::abandon_run() {
                                   std::memory_order_release);
 }
 
+// Others may write the word for no reason.
+bool NodePort::wait_until(TimePoint due) {
+  while (!stopping() && os_.now() < due) {
+    const NodeCell& own = *newest().own;
+    const std::uint32_t word = own.word.load(std::memory_order_acquire);
+    if (!stopping()) os_.wait(own.word, word, due);
+  }
+  return !stopping();
+}
+
 void NodePort::stop() {
   shared_.stopping.store(true, std::memory_order_release);
   // It may not have noticed yet that it was moved.

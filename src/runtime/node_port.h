@@ -75,6 +75,9 @@ class NodePort {
   }
   void end(Run& run) { runs_.end(run); }
 
+  // Of an unscheduled node that follows none. False: `stop` was called, which ends the wait.
+  bool wait_until(TimePoint due);
+
   // --- any thread ---
   void stop();
   bool stopping() const { return shared_.stopping.load(std::memory_order_acquire); }

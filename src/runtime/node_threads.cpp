@@ -90,9 +90,7 @@ void NodeThreads::run_by_timer(NodeId node, Nanos period) {
   NodePort& port = *wiring_.port(node);
   const NodeBody& body = wiring_.body(node);
   Run run;
-  for (TimePoint next = os_.now() + period; !port.stopping(); next = std::max(next + period, os_.now())) {
-    os_.sleep_until(next);
-    if (port.stopping()) return;
+  for (TimePoint next = os_.now() + period; port.wait_until(next); next = std::max(next + period, os_.now())) {
     port.begin(run);
     body(run);
     port.end(run);

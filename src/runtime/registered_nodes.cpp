@@ -73,11 +73,23 @@ bool RegisteredNodes::has_all_of(const graph::Subchain& subchain) const {
   return has_all(subchain);
 }
 
+// Else both nodes' controllers would set its level, and it would stay raised when one of the nodes gives it up.
+Status RegisteredNodes::check_free(NodeId node, os::ThreadId thread) const {
+  for (const std::unique_ptr<NodeLink>& link : links_) {
+    if (!link || link->node() == node || !link->has(thread)) continue;
+    return Error::caller(fmt::format("thread {} works for node {}", static_cast<std::int32_t>(thread),
+                                     app_.graph.node(link->node()).name),
+                         "have each node's runs in threads of its own");
+  }
+  return Done{};
+}
+
 Status RegisteredNodes::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
   const std::string& name = app_.graph.node(node).name;
   if (!links_[node.index()]) {
     return Error::caller(fmt::format("node {} is external", name), "join as another, or drop 'external: true'");
   }
+  if (Status is_free = check_free(node, thread); !is_free) return is_free;
   {
     const std::lock_guard lock(mutex_);
     if (presence_[node.index()] != Presence::kAway) {
@@ -119,6 +131,7 @@ std::vector<os::ThreadId> RegisteredNodes::join_with(NodeId node, const std::vec
 Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
   NodeLink& link = *links_[node.index()];
   if (link.has(thread)) return Done{};
+  if (Status is_free = check_free(node, thread); !is_free) return is_free;
   const Error no_room =
       Error::caller(fmt::format("node {} has {} threads already", app_.graph.node(node).name, NodeCell::kMaxThreads),
                     "use fewer threads");
@@ -129,6 +142,7 @@ Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::Threa
     placed_at = level_of(node);
     if (!link.announce_thread(thread)) return no_room;
     if (Status placed = place(node, process, thread); !placed) {
+      enforcer_->restore(thread);
       link.withdraw_thread(thread);
       return placed;
     }
@@ -155,14 +169,39 @@ void RegisteredNodes::remove_thread(NodeId node, os::ThreadId thread) {
   links_[node.index()]->remove_thread(thread, [this](os::ThreadId removed) { enforcer_->restore(removed); });
 }
 
-// In the background on all CPUs, until the controller that holds the subchain sets its level and CPUs.
+// On all CPUs, until the controller that holds the subchain sets its level and CPUs: so long at the ordinary level,
+// since nobody watches its runs yet. That levels can be had is found out here all the same.
 Status RegisteredNodes::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
   os::CpuSet cpus;
   {
     const std::lock_guard lock(mutex_);
     cpus = cpus_;
   }
-  return enforcer_->apply(thread, level_of(node), cpus, process);
+  Status placed = enforcer_->apply(thread, level_of(node), cpus, process);
+  if (placed && !app_.graph.node(node).unscheduled) enforcer_->set_level_now(thread, os::Level::kOrdinary);
+  return placed;
+}
+
+void RegisteredNodes::forget_ended_threads() {
+  std::vector<os::ThreadId> ended;
+  for (const std::unique_ptr<NodeLink>& link : links_) {
+    if (!link) continue;
+    ended.clear();
+    link->for_each_clock([&](os::ThreadId thread, os::CpuClock& clock) {
+      if (!clock.now()) ended.push_back(thread);
+    });
+    for (const os::ThreadId thread : ended) remove_thread(link->node(), thread);
+  }
+}
+
+void RegisteredNodes::lower(NodeId node) {
+  links_[node.index()]->for_each_thread(
+      [&](os::ThreadId thread) { enforcer_->set_level_now(thread, os::Level::kOrdinary); });
+}
+
+void RegisteredNodes::raise_again(NodeId node) {
+  const os::Level level = level_of(node);
+  links_[node.index()]->for_each_thread([&](os::ThreadId thread) { enforcer_->set_level_now(thread, level); });
 }
 
 void RegisteredNodes::wake_holder(NodeId node) {

@@ -43,9 +43,9 @@ class RegisteredNodes {
   void place_on(const os::CpuSet& cpus);
 
   // `thread` of `process` is the node's own. Errors: an external node, one that is there already (until leave() has
-  // returned), threads or CPUs that cannot be had.
+  // returned), a thread that works for another node, threads or CPUs that cannot be had.
   Status join(NodeId node, os::ProcessId process, os::ThreadId thread);
-  // Another thread that works for the node. Errors: no room.
+  // Another thread that works for the node. Errors: no room, a thread that works for another node.
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
   // A thread that has ended, or works for the node no more; its scheduling is restored.
   void remove_thread(NodeId node, os::ThreadId thread);
@@ -65,6 +65,11 @@ class RegisteredNodes {
   Change settle(const std::vector<bool>& paced);
   // Nodes that joined since it was last called.
   std::vector<NodeId> take_joined();
+  // Threads that have ended are removed: others may get their numbers.
+  void forget_ended_threads();
+  // All threads of an unscheduled node: to the ordinary level, and back to that of unscheduled nodes.
+  void lower(NodeId node);
+  void raise_again(NodeId node);
 
  private:
   // A node that joins or leaves is not registered, but there, so that no other program joins as it.
@@ -74,6 +79,7 @@ class RegisteredNodes {
   std::vector<os::ThreadId> join_with(NodeId node, const std::vector<os::ThreadId>& placed);
   enum class Added { kNotPlaced, kNoRoom, kForLater, kToJoined };
   Added add_if_placed(NodeId node, os::ThreadId thread, bool placed);
+  Status check_free(NodeId node, os::ThreadId thread) const;
   Status place(NodeId node, os::ProcessId process, os::ThreadId thread);
   os::Level level_of(NodeId node) const;
   void raise_if_changed(NodeId node, os::Level placed_at);

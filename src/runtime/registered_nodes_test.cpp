@@ -205,6 +205,19 @@ TEST_P(RegisteredNodesTest, NodesThatAreThereArePacedOthersAreWaitedFor) {
   EXPECT_EQ(notices("have registered"), 2);
 }
 
+// Nobody watches what it does until its subchain is complete.
+TEST_P(RegisteredNodesTest, ANodeThatWaitsForOthersIsAtTheOrdinaryLevel) {
+  open(1);
+  auto front = program("front");
+  pass(seconds{1});
+  const std::vector<os::ThreadId> threads = scheduler->threads(*app.graph.find_node("front"));
+  ASSERT_EQ(threads.size(), 1U);
+  EXPECT_EQ(*fake.level(threads.front()), os::Level::kOrdinary);
+  auto back = program("back");
+  pass(seconds{1});
+  EXPECT_GE(front->runs, 15);
+}
+
 TEST_P(RegisteredNodesTest, ANodeThatDiesInItsRunBreaksItsChainOnlyAndComesBack) {
   for (const int cpus : {1, 2}) {
     SCOPED_TRACE(cpus);

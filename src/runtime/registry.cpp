@@ -85,7 +85,7 @@ Status Registry::carry_out(Program& program, const Request& request) {
     if (!living) return living.error();
     unshare(program, thread);
     // Before the thread is placed as this node's: it may be among the threads that were taken for another's.
-    if (!program.nodes.contains(*node)) give_up_found(program);
+    if (!program.nodes.contains(*node)) give_up_found(program.process);
     if (Status joined = scheduler_.join(*node, program.process, thread); !joined) return joined;
     program.nodes.insert(*node);
     program.joined_since_search = true;
@@ -144,9 +144,7 @@ void Registry::find_threads() {
 void Registry::look_at_ordinary_threads(TimePoint now) {
   if (!scheduler_.real_time()) return;
   std::set<os::ThreadId> left_out = threads_of_nodes();
-  for (const auto& [id, program] : programs_) {
-    if (program.service) left_out.insert(*program.service);  // Catan's own
-  }
+  left_out.merge(services());
   std::set<os::ProcessId> looked_at;
   for (auto& [id, program] : programs_) {
     if (program.nodes.empty() || !looked_at.insert(program.process).second) continue;
@@ -196,11 +194,13 @@ void Registry::find_threads(Program& program) {
                 [&](os::ThreadId thread) { return !std::binary_search(living->begin(), living->end(), thread); });
   place_shared(program, *living);
   // One that has just joined may be about to join with more nodes.
-  if (std::exchange(program.joined_since_search, false) || program.nodes.size() != 1) return;
+  if (std::exchange(program.joined_since_search, false) || program.nodes.empty()) return;
+  if (nodes_of(program.process) != 1) return;
   const NodeId node = *program.nodes.begin();
-  const Threads known = scheduler_.threads(node);
+  std::set<os::ThreadId> taken = threads_of_nodes();
+  taken.merge(services());
   for (const os::ThreadId thread : *living) {
-    if (thread == program.service || contains(known, thread) || contains(program.shared, thread)) continue;
+    if (taken.contains(thread) || contains(program.shared, thread)) continue;
     // No room is no fault of the node: its first threads are scheduled.
     if (scheduler_.add_thread(node, program.process, thread)) program.found.push_back(thread);
   }
@@ -284,11 +284,30 @@ std::optional<NodeId> Registry::heaviest(const Program& program) const {
   return heaviest;
 }
 
-void Registry::give_up_found(Program& program) {
-  for (const NodeId node : program.nodes) {
-    for (const os::ThreadId thread : program.found) scheduler_.remove_thread(node, thread);
+// A process may have connected twice.
+void Registry::give_up_found(os::ProcessId process) {
+  for (auto& [id, program] : programs_) {
+    if (program.process != process) continue;
+    for (const NodeId node : program.nodes) {
+      for (const os::ThreadId thread : program.found) scheduler_.remove_thread(node, thread);
+    }
+    program.found.clear();
   }
-  program.found.clear();
+}
+
+std::size_t Registry::nodes_of(os::ProcessId process) const {
+  std::size_t count = 0;
+  for (const auto& [id, program] : programs_) count += program.process == process ? program.nodes.size() : 0;
+  return count;
+}
+
+// Catan's own threads in the programs.
+std::set<os::ThreadId> Registry::services() const {
+  std::set<os::ThreadId> threads;
+  for (const auto& [id, program] : programs_) {
+    if (program.service) threads.insert(*program.service);
+  }
+  return threads;
 }
 
 }  // namespace ctn::runtime

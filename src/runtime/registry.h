@@ -85,7 +85,9 @@ class Registry {
   Result<NodeId> own_node(const Program& program, const std::string& name) const;
   Result<Threads> threads_with(const Program& program, os::ThreadId thread) const;
   void find_threads(Program& program);
-  void give_up_found(Program& program);
+  void give_up_found(os::ProcessId process);
+  std::size_t nodes_of(os::ProcessId process) const;
+  std::set<os::ThreadId> services() const;
   Status share(Program& program, os::ThreadId thread);
   void unshare(Program& program, os::ThreadId thread);
   void hand_over_shared(Program& program);

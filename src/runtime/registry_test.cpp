@@ -127,7 +127,7 @@ TEST_F(SharedThreads, GetBackWhatTheyHadWithTheLastNode) {
   EXPECT_EQ(share(network), "");
   EXPECT_EQ(*fake.level(network), os::Level::kOrdinary);
   EXPECT_EQ(join("heavy", heavy), "");
-  EXPECT_NE(*fake.level(network), os::Level::kOrdinary);
+  EXPECT_TRUE(fake.set_level(network, os::Level::kActive).ok());  // as the controller does
   registry->leave(program, "it has ended");
   EXPECT_EQ(*fake.level(network), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(network), before);
@@ -167,6 +167,32 @@ TEST_F(SharedThreads, OfAnotherConnectionOfTheProcessAreAsMuchOneNodes) {
   program = first;
   EXPECT_EQ(leave("light"), "");
   EXPECT_THAT(threads_of("light"), IsEmpty());
+}
+
+// As above: each connection looks for threads, and runs one node.
+TEST_F(SharedThreads, OfAnotherConnectionOfTheProcessAreNotFoundForIts) {
+  EXPECT_EQ(join("light", light), "");
+  for (int search = 0; search < 2; ++search) registry->find_threads();
+  EXPECT_THAT(threads_of("light"), ElementsAre(light, heavy, network)) << "it runs one node";
+  const Registry::ProgramId first = program;
+  program = registry->enter(fake.current_process());
+  EXPECT_EQ(say({.kind = Request::Kind::kHello, .thread = number(fake.current_thread())}), "");
+  EXPECT_EQ(join("heavy", heavy), "");
+  for (int search = 0; search < 3; ++search) registry->find_threads();
+  EXPECT_THAT(threads_of("light"), ElementsAre(light));
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy));
+  EXPECT_THAT(say({.kind = Request::Kind::kAdd, .node = "heavy", .thread = number(light)}),
+              HasSubstr("works for node light"));
+  registry->leave(first, "it has ended");
+  for (int search = 0; search < 2; ++search) registry->find_threads();
+  EXPECT_THAT(threads_of("heavy"), ElementsAre(heavy, light, network));
+}
+
+TEST_F(SharedThreads, AThreadIsOneNodes) {
+  EXPECT_EQ(join("light", light), "");
+  EXPECT_THAT(join("heavy", light), HasSubstr("works for node light"));
+  EXPECT_THAT(threads_of("heavy"), IsEmpty());
+  EXPECT_EQ(join("heavy", heavy), "");
 }
 
 TEST_F(SharedThreads, AreLookedForOnceForEachRequest) {
@@ -229,6 +255,11 @@ class OrdinaryThreadsOfPrograms : public RegistryTest {
     fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
     return id;
   }
+  // Its controller raises it.
+  void join_and_raise(const std::string& node, os::ThreadId thread) {
+    EXPECT_EQ(join(node, thread), "");
+    EXPECT_TRUE(fake.set_level(thread, os::Level::kActive).ok());
+  }
   std::vector<std::string> told_in_a_minute() {
     const std::size_t before = scheduler->snapshot().notices.size();
     for (int look = 0; look < 12; ++look) {
@@ -249,7 +280,7 @@ class OrdinaryThreadsOfPrograms : public RegistryTest {
 
 TEST_F(OrdinaryThreadsOfPrograms, ThatWaitMostOfTheTimeAreToldOfOnce) {
   schedule("catan");
-  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{9})), "");
+  join_and_raise("heavy", spawn("heavy", std::chrono::milliseconds{9}));
   EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   spawn("helper", std::chrono::milliseconds{2});
   const std::vector<std::string> told = told_in_a_minute();
@@ -262,7 +293,7 @@ TEST_F(OrdinaryThreadsOfPrograms, ThatWaitMostOfTheTimeAreToldOfOnce) {
 
 TEST_F(OrdinaryThreadsOfPrograms, OfAProcessThatConnectedTwiceAreToldOfOnce) {
   schedule("catan");
-  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{9})), "");
+  join_and_raise("heavy", spawn("heavy", std::chrono::milliseconds{9}));
   connect();
   EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   spawn("helper", std::chrono::milliseconds{2});
@@ -281,7 +312,7 @@ TEST_F(OrdinaryThreadsOfPrograms, ThatGetWhatTheyNeedAreNotToldOf) {
 
 TEST_F(OrdinaryThreadsOfPrograms, DoNotCountWhileANodeHasThem) {
   schedule("catan");
-  EXPECT_EQ(join("heavy", spawn("heavy", std::chrono::milliseconds{9})), "");
+  join_and_raise("heavy", spawn("heavy", std::chrono::milliseconds{9}));
   EXPECT_EQ(join("light", spawn("light", Nanos{0})), "");
   const os::ThreadId helper = spawn("helper", std::chrono::milliseconds{2});
   EXPECT_EQ(say({.kind = Request::Kind::kAdd, .node = "light", .thread = number(helper)}), "");

@@ -2,6 +2,7 @@
 // exact.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -156,6 +157,95 @@ TEST_F(SharedTest, AHangIsSuspendedAndTheRestKeepsItsRates) {
   // It had its budget, twice what it costs, even where others take turns with it.
   EXPECT_LT(snapshot.chains[0].response_ms.max,
             3.0 * snapshot.chains[0].response_ms.p50 + 2.0 * to_millis(costs.at("map")).count());
+}
+
+graph::App with_a_driver(const std::string& period) {
+  return parse(R"(
+catan: 1
+app: driven
+nodes:
+  imu: { unscheduled: true, period: )" +
+               period + R"( }
+  left: { fallback_rate: 20Hz, max_rate: 50Hz }
+edges: [ imu -> left ]
+objective: [ { period: left, weight: 1 } ]
+)");
+}
+
+// It is above all that are scheduled, and no controller holds it.
+TEST_F(SharedTest, AHangOfAnUnscheduledNodeIsAtTheOrdinaryLevelUntilItsNextRun) {
+  costs = {{"imu", milliseconds{1}}, {"left", milliseconds{5}}};
+  std::atomic<int> left{0};
+  cost = [&](const std::string& node, std::uint64_t run) {
+    if (node == "left") ++left;
+    return node == "imu" && run == 100 ? Nanos{seconds{10}} : costs.at(node);
+  };
+  std::atomic<os::ThreadId> imu{};
+  wait = [&](const std::string& node, std::uint64_t /*run*/) {
+    if (node == "imu") imu = fake.current_thread();
+    return Nanos{0};
+  };
+  open(with_a_driver("10ms"), "catan", 2);
+  start();
+  pass(milliseconds{500});
+  EXPECT_GE(*fake.level(imu), os::Level::kUnscheduled);
+  pass(milliseconds{1300});
+  EXPECT_GE(*fake.level(imu), os::Level::kUnscheduled) << "not a second of CPU time yet";
+  pass(milliseconds{500});
+  EXPECT_EQ(*fake.level(imu), os::Level::kOrdinary);
+  const int before = left;
+  pass(seconds{5});
+  EXPECT_GE(left - before, 240) << "each 20 ms";
+  EXPECT_EQ(*fake.level(imu), os::Level::kOrdinary);
+  pass(seconds{7});
+  EXPECT_GE(*fake.level(imu), os::Level::kUnscheduled) << "as before";
+  const Snapshot snapshot = engine->snapshot();
+  EXPECT_TRUE(engine->stop().ok());
+  EXPECT_EQ(snapshot.notices,
+            std::vector<std::string>{
+                "watchdog: run 100 of imu has used 1 s of CPU time: its threads are at the ordinary level until the "
+                "next"});
+}
+
+TEST_F(SharedTest, AnUnscheduledRunThatWaitsForLongKeepsItsLevel) {
+  costs = {{"imu", milliseconds{1}}, {"left", milliseconds{5}}};
+  std::atomic<os::ThreadId> imu{};
+  wait = [&](const std::string& node, std::uint64_t run) {
+    if (node == "imu") imu = fake.current_thread();
+    return node == "imu" && run == 20 ? Nanos{seconds{8}} : Nanos{0};
+  };
+  open(with_a_driver("10ms"), "catan", 2);
+  start();
+  pass(seconds{5});
+  EXPECT_GE(*fake.level(imu), os::Level::kUnscheduled);
+  EXPECT_TRUE(engine->snapshot().notices.empty());
+  EXPECT_TRUE(engine->stop().ok());
+}
+
+TEST_F(SharedTest, TheEndDoesNotWaitForATimer) {
+  costs = {{"imu", milliseconds{1}}, {"left", milliseconds{5}}};
+  open(with_a_driver("60s"), "catan", 1);
+  start();
+  pass(seconds{1});
+  const TimePoint asked = fake.now();
+  EXPECT_TRUE(engine->stop().ok());
+  EXPECT_LT(fake.now() - asked, milliseconds{200});
+}
+
+// Others may get their numbers, and there is room for 64 threads a node.
+TEST_F(SharedTest, AdoptedThreadsThatHaveEndedAreForgotten) {
+  open(robot_app(), "catan", 1);
+  start();
+  for (int i = 0; i < 70; ++i) {
+    const auto helper = fake.spawn("helper", [&] {
+      const Status adopted = engine->adopt_this_thread("map");
+      EXPECT_TRUE(adopted.ok()) << i << ": " << adopted.error().message();
+      fake.sleep_until(fake.now() + milliseconds{10});
+    });
+    helper->join();
+    pass(milliseconds{60});
+  }
+  EXPECT_TRUE(engine->stop().ok());
 }
 
 TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
