@@ -72,6 +72,17 @@ class ExecutorCallbackTest : public testing::Test {
   std::vector<int> called;
 };
 
+// Who asked waits for the answer.
+TEST_F(ExecutorCallbackTest, ARunOfAServiceAnswersAllRequests) {
+  Binding binding = detector();
+  binding.kind = Binding::Kind::kService;
+  const auto callback = started(binding);
+  for (const int value : {1, 2}) arrive(value);
+  run_once(1);
+  end(*callback);
+  EXPECT_THAT(called, ElementsAre(1, 2));
+}
+
 TEST_F(ExecutorCallbackTest, ATriggerTakesTheNewestThatIsThereWithoutTheExecutor) {
   const auto callback = started(detector());
   for (const int value : {1, 2, 3}) arrive(value);

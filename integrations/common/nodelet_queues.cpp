@@ -75,11 +75,6 @@ bool NodeletQueues::calls_one_at_a_time(const void* queue) const {
   return one != nullptr && one->calls.load() == Calls::kOneAtATime;
 }
 
-bool NodeletQueues::is_gone(const void* queue) const {
-  const Queue* const one = find(queue);
-  return one != nullptr && one->calls.load() == Calls::kGone;
-}
-
 void* NodeletQueues::call(const void* queue) {
   Queue* const one = find(queue);
   const bool needs_turn = one != nullptr && one->calls.load() == Calls::kOneAtATime;

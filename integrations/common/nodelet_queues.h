@@ -43,8 +43,6 @@ class NodeletQueues {
   // Empty: none's that is known.
   std::string nodelet_of(const void* queue) const;
   bool calls_one_at_a_time(const void* queue) const;
-  // Whether it was removed and nothing was added there since.
-  bool is_gone(const void* queue) const;
 
   // A worker calls a callback of the queue, and has done so; `taken` is what call() returned: null where no turn is
   // needed, or nothing is known of the queue.

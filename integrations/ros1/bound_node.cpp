@@ -142,10 +142,8 @@ bool BoundNode::CurrentTurn::take(const std::atomic<bool>& stop) {
 
 bool BoundNode::take(ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(bound_mutex_);
-  const bool moves = original_.load() != &queue;
-  if (moves && !has_gone(*original_.load(), binding_.nodelet)) return false;
   if (taken_.exchange(true)) return false;
-  if (moves) {
+  if (original_.load() != &queue) {
     original_.store(&queue);
     turn_.set(make_turn(queue));
   }

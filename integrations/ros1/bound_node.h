@@ -37,7 +37,7 @@ class BoundNode final : public ros::CallbackQueueInterface {
   const Binding& binding() const { return binding_; }
 
   // A callback that the program wants to be called from that queue takes the node; removeByID() gives it back. False:
-  // another one has it, or it was called from another queue, which is still there.
+  // another one has it.
   bool take(ros::CallbackQueueInterface& queue);
 
   // A timer's callback, which a trigger may call before the timer is due. False: not at this moment.

@@ -45,9 +45,4 @@ bool calls_one_at_a_time(const ros::CallbackQueueInterface& queue) {
   return nodelet_queues().calls_one_at_a_time(&queue);
 }
 
-// Another nodelet's may lie where it was.
-bool has_gone(const ros::CallbackQueueInterface& queue, const std::string& nodelet) {
-  return nodelet_queues().is_gone(&queue) || (!nodelet.empty() && nodelet_queues().nodelet_of(&queue) != nodelet);
-}
-
 }  // namespace catan_ros

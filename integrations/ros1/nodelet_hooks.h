@@ -21,7 +21,5 @@ void set_nodelet(const ros::CallbackQueueInterface* queue, const std::string& na
 std::string nodelet_of(const ros::CallbackQueueInterface& queue);
 // Whether that nodelet's queue calls one callback at a time.
 bool calls_one_at_a_time(const ros::CallbackQueueInterface& queue);
-// Whether the queue was that nodelet's (empty: any nodelet's) and went with it: it was unloaded.
-bool has_gone(const ros::CallbackQueueInterface& queue, const std::string& nodelet);
 
 }  // namespace catan_ros

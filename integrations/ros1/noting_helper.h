@@ -38,6 +38,32 @@ class NotingHelper final : public ros::SubscriptionCallbackHelper {
   KeptMessages::Topic& topic_;
 };
 
+// The callback of a subscription that notes nothing, in a program that has bound ones: it is counted, since a message
+// of which a bound one lets go may be another's.
+class CountedHelper final : public ros::SubscriptionCallbackHelper {
+ public:
+  // `topic` outlives it.
+  CountedHelper(ros::SubscriptionCallbackHelperPtr inner, KeptMessages::Topic& topic)
+      : inner_(std::move(inner)), topic_(topic) {
+    topic_.add_subscriptions(1);
+  }
+  ~CountedHelper() override { topic_.add_subscriptions(-1); }
+  CountedHelper(const CountedHelper&) = delete;
+  CountedHelper& operator=(const CountedHelper&) = delete;
+
+  ros::VoidConstPtr deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) override {
+    return inner_->deserialize(params);
+  }
+  void call(ros::SubscriptionCallbackHelperCallParams& params) override { inner_->call(params); }
+  const std::type_info& getTypeInfo() override { return inner_->getTypeInfo(); }
+  bool isConst() override { return inner_->isConst(); }
+  bool hasHeader() override { return inner_->hasHeader(); }
+
+ private:
+  ros::SubscriptionCallbackHelperPtr inner_;
+  KeptMessages::Topic& topic_;
+};
+
 // The keys of a message that is published: with the sequence number of its header, if it has one, which only roscpp
 // knows, and without.
 struct PublishedKeys {

@@ -4,14 +4,19 @@
 // like): from then on roscpp does the rest, by its public interface.
 #include <ros/names.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <utility>
 
 #include <boost/make_shared.hpp>
 #include <boost/ref.hpp>
 
 #include "common/observation.h"
+#include "common/priority_mutex.h"
 #include "ros1/hooks.h"
 #include "ros1/nodelet_hooks.h"
 #include "ros1/noting_helper.h"
@@ -28,19 +33,31 @@ ros::CallbackQueueInterface& queue_of(const ros::NodeHandle& handle, ros::Callba
   return asked_for != nullptr ? *asked_for : *handle.getCallbackQueue();
 }
 
+// Messages wait for a trigger, where a spinner would have called each at once: all that are to be handled must fit. Of
+// the others the newest is to, and one that is left over (BoundCallback). Not less than the program asked for, since
+// they may go to its own queue (BoundNode). 0: as many as come.
+std::uint32_t room_for(const Binding& binding, std::uint32_t asked_for) {
+  constexpr std::uint32_t kAll = 1000;
+  constexpr std::uint32_t kNewest = 2;
+  return asked_for == 0 ? 0 : std::max(asked_for, binding.takes_all ? kAll : kNewest);
+}
+
 // The options are the program's, which may use them again.
 ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& options, Subscribe next) {
   ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
   const std::string topic = handle.resolveName(options.topic);
+  if (!g_program->is_bound()) return (handle.*next)(options);
   BoundNode* const node = g_program->find(Binding::Kind::kTopic, topic, queue);
-  if (node == nullptr && !g_program->notes_messages()) return (handle.*next)(options);
-  g_program->note_subscription(topic, queue);
   ros::SubscribeOptions own = options;
-  own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
+  if (node == nullptr && !g_program->notes_messages()) {
+    own.helper = boost::make_shared<CountedHelper>(options.helper, g_program->kept().topic(topic));
+  } else {
+    g_program->note_subscription(topic, queue);
+    own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
+  }
   if (node != nullptr) {
     own.callback_queue = node;
-    // The newest, and one that is left over (BoundCallback).
-    if (!node->binding().takes_all) own.queue_size = 2;
+    own.queue_size = room_for(node->binding(), options.queue_size);
     node->start();
   }
   ros::Subscriber subscriber = (handle.*next)(own);
@@ -63,45 +80,87 @@ ros::ServiceServer advertise_service(ros::NodeHandle& handle, ros::AdvertiseServ
   return server;
 }
 
+// A timer's function, which roscpp calls when it is due, and a trigger before that: to the program each call's time
+// before is that of the call before, whoever made it. Thread safety: any thread.
+template <class Event, class Callback>
+class TimedFunction {
+ public:
+  using Time = decltype(Event::current_real);
+
+  explicit TimedFunction(Callback callback) : callback_(std::move(callback)) {}
+
+  void call(Event event) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (was_called_) event.last_real = last_;
+      last_ = event.current_real;
+      was_called_ = true;
+    }
+    callback_(event);
+  }
+  void call_now() {
+    Event event;
+    {
+      const std::lock_guard lock(mutex_);
+      event.last_expected = event.last_real = last_;
+    }
+    event.current_expected = event.current_real = Time::now();
+    call(event);
+  }
+
+ private:
+  const Callback callback_;
+  PriorityMutex mutex_;
+  Time last_{};  // 0 before the first call
+  bool was_called_ = false;
+};
+
+// Under simulated time a timer is called when it is due by that, and not before: it may stand still.
+bool may_be_called_before_due(const ros::TimerEvent*) { return ros::Time::isSystemTime(); }
+bool may_be_called_before_due(const void*) { return true; }
+
 // Calls a timer's function as if it were due now.
 template <class Options, class Event>
 class DirectCall {
  public:
-  DirectCall(const Options& options, const BoundNode& node)
-      : callback_(options.callback),
+  using Function = TimedFunction<Event, decltype(Options::callback)>;
+
+  DirectCall(const Options& options, std::shared_ptr<Function> function, const BoundNode& node)
+      : function_(std::move(function)),
         tracked_(options.tracked_object),
         is_tracked_(options.tracked_object),
         node_(node) {}
 
   bool operator()() {
-    if (!node_.timer_runs()) return false;
+    if (!node_.timer_runs() || !may_be_called_before_due(static_cast<const Event*>(nullptr))) return false;
     const ros::VoidConstPtr object = tracked_.lock();
     if (is_tracked_ && !object) return false;
-    Event event;
-    event.last_expected = event.last_real = last_;
-    event.current_expected = event.current_real = last_ = decltype(last_)::now();
-    callback_(event);
+    function_->call_now();
     return true;
   }
 
  private:
-  decltype(Options::callback) callback_;
+  std::shared_ptr<Function> function_;
   ros::VoidConstWPtr tracked_;
   bool is_tracked_;
   const BoundNode& node_;
-  decltype(Event::current_real) last_{};
 };
 
 template <class Timer, class Event, class Options, class Next>
 Timer create(const ros::NodeHandle& handle, Options& options, Next next) {
   ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
-  BoundNode* const node = g_program->find_timer(std::chrono::nanoseconds{options.period.toNSec()}, queue);
+  // What is called once has no period.
+  BoundNode* const node =
+      options.oneshot ? nullptr : g_program->find_timer(std::chrono::nanoseconds{options.period.toNSec()}, queue);
   if (node == nullptr) return (handle.*next)(options);
   Options own = options;
   own.callback_queue = node;
-  if (!options.oneshot && !node->binding().runs_by_itself) {
+  if (!node->binding().runs_by_itself) {
+    using Direct = DirectCall<Options, Event>;
+    auto function = std::make_shared<typename Direct::Function>(options.callback);
+    own.callback = [function](const Event& event) { function->call(event); };
     node->set_timer_runs(options.autostart);
-    node->set_direct_call(DirectCall<Options, Event>(options, *node));
+    node->set_direct_call(Direct(options, std::move(function), *node));
   }
   node->start();
   Timer timer = (handle.*next)(own);

@@ -1,12 +1,15 @@
 // A ROS program that knows nothing of Catan, for the tests: what it does is said on its command line.
 //
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
-//              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE]
+//              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
+//              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time]
 //
 // A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
 // counted by another callback. What was counted is written to the file of --counts, as JSON, ten times a second; each
-// message of --in to that of --log, one a line.
+// message of --in to that of --log, one a line. --queue is that of --in; --loop-hz how often --spin-once spins. With
+// --wait-first it waits for a message before it subscribes, with --once-first it has a timer that is due once before
+// the other, of the same period.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <roscpp/Empty.h>
@@ -14,6 +17,8 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <string>
@@ -26,13 +31,15 @@ namespace {
 
 struct Asked {
   std::string in, out, beside, service, ask, counts, log;
-  double timer_ms = 0.0, burn_ms = 0.0;
-  bool spin_once = false, wrapped_queue = false;
-  int threads = 1;
+  double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
+  bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
+  int threads = 1, queue = 10;
 };
 
 struct Counts {
-  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0};
+  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0};
+  // Of the timer's calls but the first: the time since the one before, as it is told; and from first to last.
+  std::atomic<long> told_ms{0}, passed_ms{0};
 };
 
 Asked g_asked;
@@ -79,22 +86,42 @@ void ask() {
   if (ros::service::call(g_asked.ask, empty)) ++g_counts.calls;
 }
 
+void on_timer(const ros::TimerEvent& event) {
+  static double told = 0.0;
+  static const double kFirst = event.current_real.toSec();
+  const double now = event.current_real.toSec();
+  if (now > kFirst) told += now - event.last_real.toSec();
+  g_counts.told_ms = std::lround(1e3 * told);
+  g_counts.passed_ms = std::lround(1e3 * (now - kFirst));
+  g_asked.ask.empty() ? work(++g_counts.newest) : ask();
+}
+
 void write_counts() {
   const std::string written = g_asked.counts + ".new";
   {
     std::ofstream file(written);
     file << "{\"calls\": " << g_counts.calls << ", \"beside\": " << g_counts.beside
          << ", \"overlaps\": " << g_counts.overlaps << ", \"newest\": " << g_counts.newest
-         << ", \"backward\": " << g_counts.backward << "}";
+         << ", \"backward\": " << g_counts.backward << ", \"once\": " << g_counts.once
+         << ", \"told_ms\": " << g_counts.told_ms << ", \"passed_ms\": " << g_counts.passed_ms << "}";
   }
   std::rename(written.c_str(), g_asked.counts.c_str());
+}
+
+bool* flag_of(const std::string& option) {
+  if (option == "--spin-once") return &g_asked.spin_once;
+  if (option == "--wrapped-queue") return &g_asked.wrapped_queue;
+  if (option == "--wait-first") return &g_asked.wait_first;
+  if (option == "--once-first") return &g_asked.once_first;
+  if (option == "--simulated-time") return &g_asked.simulated_time;
+  return nullptr;
 }
 
 bool read(const std::vector<std::string>& arguments) {
   for (std::size_t index = 1; index < arguments.size(); ++index) {
     const std::string& option = arguments[index];
-    if (option == "--spin-once" || option == "--wrapped-queue") {
-      (option == "--spin-once" ? g_asked.spin_once : g_asked.wrapped_queue) = true;
+    if (bool* const flag = flag_of(option)) {
+      *flag = true;
       continue;
     }
     if (++index == arguments.size()) return false;
@@ -117,6 +144,10 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.timer_ms = std::stod(value);
     } else if (option == "--burn") {
       g_asked.burn_ms = std::stod(value);
+    } else if (option == "--queue") {
+      g_asked.queue = std::stoi(value);
+    } else if (option == "--loop-hz") {
+      g_asked.loop_hz = std::stod(value);
     } else if (option == "--threads") {
       g_asked.threads = std::stoi(value);
     } else {
@@ -149,7 +180,7 @@ void spin() {
     others.start();
     g_queue.spin();
   } else if (g_asked.spin_once) {
-    ros::WallRate rate(200.0);
+    ros::WallRate rate(g_asked.loop_hz);
     while (ros::ok()) {
       {
         const Inside inside;
@@ -173,19 +204,22 @@ int main(int count, char** arguments) {
   rest.erase(rest.begin());
   if (rest.empty() || !read(rest)) return 2;
   ros::init(count, arguments, rest[0]);
+  if (g_asked.simulated_time) ros::param::set("/use_sim_time", true);
   ros::NodeHandle handle;
+  if (g_asked.wait_first) ros::topic::waitForMessage<std_msgs::Int64>(g_asked.in, handle);
   if (g_asked.wrapped_queue) handle.setCallbackQueue(&g_queue);
   if (!g_asked.out.empty()) g_out = handle.advertise<std_msgs::Int64>(g_asked.out, 10);
   ros::Subscriber in, beside;
-  if (!g_asked.in.empty()) in = handle.subscribe(g_asked.in, 10, on_message);
+  if (!g_asked.in.empty()) in = handle.subscribe(g_asked.in, static_cast<std::uint32_t>(g_asked.queue), on_message);
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
   ros::ServiceServer service;
   if (!g_asked.service.empty()) service = handle.advertiseService(g_asked.service, on_request);
-  ros::Timer timer;
-  if (g_asked.timer_ms > 0.0) {
-    timer = handle.createTimer(ros::Duration(g_asked.timer_ms * 1e-3),
-                               [](const ros::TimerEvent&) { g_asked.ask.empty() ? work(++g_counts.newest) : ask(); });
-  }
+  ros::Timer once, timer;
+  const ros::Duration period(g_asked.timer_ms * 1e-3);
+  if (g_asked.once_first)
+    once = handle.createTimer(
+        period, [](const ros::TimerEvent&) { ++g_counts.once; }, true);
+  if (g_asked.timer_ms > 0.0) timer = handle.createTimer(period, on_timer);
   // What it writes is no callback's: to replace a file may take as long as a callback's work.
   std::thread writer([] {
     while (ros::ok() && !g_asked.counts.empty()) {

@@ -176,6 +176,83 @@ TEST_F(ProgramsTest, NothingRunsBesideTheProgramsOwnLoop) {
   end(run, SIGTERM);
 }
 
+// roscpp makes a message once for both; the bound one lets go of those that it is too slow for.
+TEST_F(ProgramsTest, WhatABoundCallbackLetsGoOfReachesAnotherOfItsTopic) {
+  write_app_of_work("fallback_rate: 5Hz");
+  write_binding_of_work("/looper");
+  write_launcher({"feed --timer 10 --out /data --counts feed.json",
+                  "looper --in /data --beside /data --spin-once --loop-hz 20 --counts looper.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  ASSERT_TRUE(counts("looper", "beside", 50)) << text_of(path("run.err"));
+  const long fed = counted("feed", "calls");
+  const long beside = counted("looper", "beside");
+  EXPECT_TRUE(counts("feed", "calls", 400));
+  std::this_thread::sleep_for(seconds{1});
+  EXPECT_GE(counted("looper", "beside") - beside, (counted("feed", "calls") - fed) * 9 / 10);
+  end(run, SIGTERM);
+}
+
+TEST_F(ProgramsTest, ASubscriptionThatWaitedForItsFirstMessageIsScheduled) {
+  write_app_of_work("fallback_rate: 20Hz");
+  write_binding_of_work("/worker");
+  write_launcher({"feed --timer 10 --out /data", "worker --in /data --wait-first --counts worker.json"});
+  const int run = start_under_catan("--scheduler default --json --record run.catan --seconds 6 -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "calls", 20)) << text_of(path("run.err"));
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_GT(node(json::parse(text_of(path("run.out"))), "work")["runs"].get<long>(), 40);
+  EXPECT_EQ(text_of(path("run.err")).find("another callback"), std::string::npos) << text_of(path("run.err"));
+}
+
+// It waits for a trigger, whatever queue was enough for a spinner.
+TEST_F(ProgramsTest, AQueueNodeGetsAllThatHasCome) {
+  write_app_of_work("fallback_rate: 10Hz, input: queue");
+  write_binding_of_work("/worker");
+  write_launcher({"feed --timer 10 --out /data", "worker --in /data --queue 1 --log worker.log --counts worker.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "calls", 200)) << text_of(path("run.err"));
+  end(run, SIGTERM);
+  std::istringstream log(text_of(path("worker.log")));
+  const std::vector<long> got(std::istream_iterator<long>(log), {});
+  ASSERT_GT(got.size(), 100U);
+  EXPECT_GE(static_cast<long>(got.size()), (got.back() - got.front() + 1) * 95 / 100);
+}
+
+TEST_F(ProgramsTest, ATimerThatIsDueOnceIsNotTheNode) {
+  write_app_of_work("fallback_rate: 10Hz");
+  write_binding_of_work("/worker", "bind.yaml", "timer: 150ms");
+  write_launcher({"worker --timer 150 --once-first --counts worker.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "calls", 30)) << text_of(path("run.err"));
+  EXPECT_EQ(counted("worker", "once"), 1);
+  EXPECT_EQ(text_of(path("run.err")).find("another callback"), std::string::npos) << text_of(path("run.err"));
+  end(run, SIGTERM);
+}
+
+// Whether roscpp or a trigger made the call before.
+TEST_F(ProgramsTest, ATimerIsToldHowLongAgoItWasCalled) {
+  write_app_of_work("fallback_rate: 90Hz");
+  write_binding_of_work("/worker", "bind.yaml", "timer: 20ms");
+  write_launcher({"worker --timer 20 --counts worker.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "calls", 300)) << text_of(path("run.err"));
+  const auto told = static_cast<double>(counted("worker", "told_ms"));
+  const auto passed = static_cast<double>(counted("worker", "passed_ms"));
+  EXPECT_GT(passed, 1000.0);
+  EXPECT_NEAR(told, passed, 0.1 * passed);
+  end(run, SIGTERM);
+}
+
+// There is none, so that it stands still.
+TEST_F(ProgramsTest, UnderSimulatedTimeATimerIsCalledWhenItIsDue) {
+  write_app_of_work("fallback_rate: 50Hz");
+  write_binding_of_work("/worker", "bind.yaml", "timer: 20ms");
+  write_launcher({"worker --timer 20 --simulated-time --counts worker.json"});
+  const int run = start_under_catan("--scheduler default --seconds 5 -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_NE(text_of(path("worker.json")), "") << "it did not run";
+  EXPECT_EQ(counted("worker", "calls"), 0);
+}
+
 TEST_F(ProgramsTest, AQueueOfAnotherClassKeepsItsCallbacksApart) {
   write_app_of_work("fallback_rate: 50Hz");
   write_binding_of_work("/wrapped");
@@ -337,12 +414,16 @@ TEST_F(ProgramsTest, ASecondProgramThatClaimsANodeIsToldAndRunsAsWithoutCatan) {
   start_node("feed", "--timer 10 --out /data");
   const auto join = [&](const std::string& bind, const std::string& node) {
     return start(node, catan + " ros run app.yaml --bind " + bind + " --socket server -- " + PLAIN_NODE + " " + node +
-                           " --in /data --counts " + node + ".json");
+                           " --in /data --spin-once --loop-hz 20 --counts " + node + ".json");
   };
   join("bind.yaml", "first");
   ASSERT_TRUE(counts("first", "calls", 5)) << text_of(path("first.err"));
   const int second = join("other.yaml", "second");
-  EXPECT_TRUE(counts("second", "calls", 200)) << "with each message";
+  ASSERT_TRUE(counts("second", "calls", 10)) << text_of(path("second.err"));
+  const long fed = counted("feed", "calls");
+  const long before = counted("second", "calls");
+  EXPECT_TRUE(counts("second", "calls", 200));
+  EXPECT_GE(counted("second", "calls") - before, (counted("feed", "calls") - fed) * 9 / 10) << "with each message";
   EXPECT_EQ(end(second, SIGINT), 0);
   EXPECT_THAT(text_of(path("second.out")) + text_of(path("second.err")),
               HasSubstr("node work is there already; stop the program that runs it, or this one"));
