@@ -114,6 +114,16 @@ std::string table_of_nodes(const Snapshot& snapshot, const CostRatios& ratios) {
   return text;
 }
 
+Json common_options_in(const Json& document) {
+  Json options = Json::object();
+  for (const auto& [name, value] : document.items()) {
+    if (name == "figures") break;
+    if (name != "seed" && name != "calibration") options[name] = value;
+    if (name == "cores" || name == "cpus") break;
+  }
+  return options;
+}
+
 bool has_figures(const Json& document) {
   return document.is_object() && document.contains("figures") && document["figures"].is_object();
 }

@@ -60,6 +60,10 @@ nlohmann::ordered_json batch_document(const std::string& identity, const Options
   return document;
 }
 
+// What runs of one batch must have in common, of a document: its members up to the machine's (add_machine()), or up to
+// `figures`; without `seed` and `calibration`, of which each run may have its own. Precondition: it is an object.
+nlohmann::ordered_json common_options_in(const nlohmann::ordered_json& document);
+
 // Whether a document is the outcome of a run: an object that has `figures`.
 bool has_figures(const nlohmann::ordered_json& document);
 // Precondition: has_figures().

@@ -61,26 +61,36 @@ Claim no_better_than_reference(std::string text, const std::vector<Row>& rows, c
   return claim;
 }
 
-Claim lower_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
-                 double percent) {
+Claim lower_mean(std::string text, const Row& ours, const Row& theirs, double percent) {
   const double limit = (1.0 - percent / 100.0) * mean_of(theirs);
   const bool lower = mean_of(ours) <= limit && mean_of(ours) < mean_of(theirs);
-  const bool shown = probability && *probability < kSignificant;
+  // The test is of ranks, which may have found the reverse of what a few large differences make of the means.
+  const bool shown = theirs.significant() && theirs.sign > 0;
   return {.text = std::move(text),
           .measured = means_of(ours, theirs),
-          .probability = probability,
+          .probability = theirs.probability,
           .verdict = !lower  ? Verdict::kFailed
                      : shown ? Verdict::kHeld
                              : Verdict::kNotShown};
 }
 
-Claim no_higher_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
-                     bool lowest_possible) {
+Claim no_higher_mean(std::string text, const Row& ours, const Row& theirs, bool lowest_possible) {
   const bool held = ours.spread && theirs.spread && (lowest_possible || ours.spread->mean <= theirs.spread->mean);
+  const bool ranks_disagree = !lowest_possible && theirs.significant() && theirs.sign < 0;
   return {.text = std::move(text),
           .measured = means_of(ours, theirs),
-          .probability = probability,
-          .verdict = verdict_of(held)};
+          .probability = theirs.probability,
+          .verdict = held && ranks_disagree ? Verdict::kNotShown : verdict_of(held)};
+}
+
+Claim no_difference(std::string text, const Row& ours, const Row& theirs) {
+  const bool may_show = smallest_fisher_exact(ours.share.total, theirs.share.total) < kSignificant;
+  return {.text = std::move(text),
+          .measured = fmt::format("{} in life, {} in virtual time", text_of(ours), text_of(theirs)),
+          .probability = ours.probability,
+          .verdict = ours.significant() ? Verdict::kFailed
+                     : may_show         ? Verdict::kHeld
+                                        : Verdict::kNotShown};
 }
 
 const Row& lowest_mean(const std::vector<Row>& rows, const std::string& name, const std::vector<std::string>& batches) {
@@ -96,9 +106,9 @@ Claim lowest_in(double percent, std::string text, Share share) {
           .verdict = verdict_of(percent_of(share) >= percent)};
 }
 
-double median_of_medians(const Runs& runs, const std::string& batch, const std::string& list) {
+double median_of_periods(const Runs& runs, const std::string& batch, const std::string& list) {
   std::vector<double> values;
-  for (const auto& value : medians_by_time(runs.at(batch), list)) {
+  for (const auto& value : medians_of_periods(runs.at(batch), list)) {
     if (value) values.push_back(*value);
   }
   return program::percentile_of(std::move(values), 50.0).value_or(kNever);

@@ -21,8 +21,9 @@ std::string text_of(const Row& row);
 double percent_of(Share share);
 double median_of(const Row& row);  // kNever where there is none
 double mean_of(const Row& row);    // the same
-// In milliseconds, of a list over time: with a stretch's median of all runs. kNever where there is none.
-double median_of_medians(const Runs& runs, const std::string& batch, const std::string& list);
+// In milliseconds, of a list of periods over time: the median of the stretches' medians of all runs (run.h,
+// medians_of_periods). kNever where there is none.
+double median_of_periods(const Runs& runs, const std::string& batch, const std::string& list);
 
 Verdict verdict_of(bool held);
 
@@ -36,12 +37,14 @@ Claim no_better_than_reference(std::string text, const std::vector<Row>& rows, c
 Claim best_of_all(const std::string& text, const std::vector<Row>& rows, const std::string& name,
                   const std::string& reference);
 // Of means, where runs are pairs: that ours is lower than theirs, by so many percent at least, and not by chance.
-// `probability`: of the test that compared the two.
-Claim lower_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
-                 double percent = 0.0);
-// That ours is no higher, or, higher or not, is as low as it can be.
-Claim no_higher_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
-                     bool lowest_possible = false);
+// Precondition, here and below: `theirs` was compared with ours. Not shown: where that test found the reverse, too.
+Claim lower_mean(std::string text, const Row& ours, const Row& theirs, double percent = 0.0);
+// That ours is no higher, or, higher or not, is as low as it can be. Not shown: where the test found it higher.
+Claim no_higher_mean(std::string text, const Row& ours, const Row& theirs, bool lowest_possible = false);
+// That the share of runs in life (`ours`, which was compared with the other, by a test alone: adjusting for several
+// would make it easier to hold) differs from that in virtual time by chance alone. Not shown: there are so few runs
+// that none beside all of them might be chance.
+Claim no_difference(std::string text, const Row& ours, const Row& theirs);
 // Of these batches the one with the lowest mean by a metric. Precondition: there is one.
 const Row& lowest_mean(const std::vector<Row>& rows, const std::string& name, const std::vector<std::string>& batches);
 // That a batch has the lowest median in at least so many percent of the stretches of time.

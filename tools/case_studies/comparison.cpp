@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 namespace ctn::case_studies {
@@ -69,7 +70,7 @@ void test(Row& row, const std::vector<StoredRun>& ours, const std::vector<Stored
     case Method::kPairs: {
       const std::vector<double> differences = differences_of(*row.metric, ours, reference);
       row.probability = signed_rank(differences);
-      row.sign = sign_of(program::mean_of(differences).value_or(0.0));
+      row.sign = sign_of_signed_ranks(differences);
       return;
     }
   }
@@ -142,17 +143,22 @@ const Row& row_of(const std::vector<Row>& rows, const std::string& metric, const
 
 Share lowest_by_time(const Runs& runs, const std::string& batch, const std::vector<std::string>& others,
                      const std::string& list) {
-  const ByTime ours = medians_by_time(runs_of(runs, batch), list);
+  const ByTime ours = medians_with_never(runs_of(runs, batch), list);
   std::vector<ByTime> theirs;
-  for (const std::string& other : others) theirs.push_back(medians_by_time(runs_of(runs, other), list));
+  std::size_t reached = ours.size();
+  for (const std::string& other : others) {
+    theirs.push_back(medians_with_never(runs_of(runs, other), list));
+    reached = std::min(reached, theirs.back().size());
+  }
   Share share;
-  for (std::size_t stretch = 0; stretch < ours.size(); ++stretch) {
-    const auto has_one = [&](const ByTime& medians) { return stretch < medians.size() && medians[stretch]; };
-    if (!ours[stretch] || !std::ranges::all_of(theirs, has_one)) continue;
+  for (std::size_t stretch = 0; stretch < reached; ++stretch) {
+    const double our = *ours[stretch];
+    const auto compared = [&](const ByTime& medians) { return our < *medians[stretch]; };
+    const auto has_one = [&](const ByTime& medians) { return !std::isinf(*medians[stretch]); };
+    // Such as before plans are made for the first time.
+    if (std::isinf(our) && std::ranges::none_of(theirs, has_one)) continue;
     ++share.total;
-    if (std::ranges::all_of(theirs, [&](const ByTime& medians) { return *ours[stretch] < *medians[stretch]; })) {
-      ++share.count;
-    }
+    if (std::ranges::all_of(theirs, compared)) ++share.count;
   }
   return share;
 }

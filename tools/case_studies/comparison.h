@@ -28,7 +28,7 @@ struct Row {
   Share share;                            // of Method::kShares
   std::optional<program::Spread> spread;  // of the others, if there are any values
   std::optional<double> probability{};    // that it differs so from the reference by chance; none: it is the reference
-  int sign = 0;                           // 1: larger than the reference's, -1: smaller
+  int sign = 0;                           // by what was tested: 1: larger than the reference's, -1: smaller
 
   bool significant() const { return probability && *probability < kSignificant && sign != 0; }
   // Whether the batch is better than the reference, or worse; neither where it cannot be told.
@@ -51,7 +51,8 @@ const Row& row_of(const std::vector<Row>& rows, const std::string& metric, const
 // The values of a metric, with those of runs that have none (Metric::missing).
 std::vector<double> values_of(const Metric& metric, const std::vector<StoredRun>& runs);
 
-// In how many stretches of time a batch's median is lower than that of all others; of those where all have one.
+// In how many stretches of time a batch's median is lower than that of all others; of those that all of them reached
+// and any of them came to something in. Runs that came to nothing then count as infinite.
 Share lowest_by_time(const Runs& runs, const std::string& batch, const std::vector<std::string>& others,
                      const std::string& list);
 

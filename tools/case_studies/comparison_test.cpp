@@ -30,6 +30,21 @@ TEST(Comparison, PairsOfOneSeedShowWhatRanksWouldNot) {
   EXPECT_FALSE(row_of(compare(study, sample_runs(0.0)), "Score", "other").significant());
 }
 
+// The mean points the other way, which the page took for the direction that the test of ranks had found.
+TEST(Comparison, PairsHaveTheDirectionThatTheirRanksHave) {
+  const Study study = sample_study();
+  Runs runs;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    runs["catan"].push_back({seed, {{"score", 600.0}}, {}});
+    runs["other"].push_back({seed, {{"score", seed <= 90 ? 599.0 : 1100.0}}, {}});
+  }
+  const Row row = row_of(compare(study, runs), "Score", "other");
+  EXPECT_GT(row.spread->mean, 600.0);
+  EXPECT_LT(*row.probability, 1e-6);
+  EXPECT_EQ(row.sign, -1);
+  EXPECT_TRUE(row.worse()) << "scores are the better the higher";
+}
+
 TEST(Comparison, WhatNeverCameIsLatest) {
   const Study study = sample_study();
   const std::vector<Row> rows = compare(study, sample_runs(100.0));
@@ -92,6 +107,19 @@ TEST(Comparison, LowestByTimeCountsStretches) {
   const Share share = lowest_by_time(sample_runs(0.0), "catan", {"other"}, "x_by_1s");
   EXPECT_EQ(share, (Share{1, 3})) << "lower in the first, equal in the second";
   EXPECT_EQ(lowest_by_time(sample_runs(0.0), "catan", {"other"}, "none"), (Share{0, 0}));
+}
+
+// Stretches in which one of them came to nothing were not counted, so that starving improved the share.
+TEST(Comparison, LowestByTimeCountsWhatStarves) {
+  const auto of = [](const ByTime& list) { return std::vector<StoredRun>(3, {1, {}, {{"x_by_1s", list}}}); };
+  const std::optional<double> none;
+  const auto share = [&](const ByTime& ours, const ByTime& theirs) {
+    return lowest_by_time({{"catan", of(ours)}, {"other", of(theirs)}}, "catan", {"other"}, "x_by_1s");
+  };
+  EXPECT_EQ(share({1.0, none, none}, {2.0, 2.0, 2.0}), (Share{1, 3})) << "it is not lowest where it has none";
+  EXPECT_EQ(share({1.0, 1.0}, {2.0, none}), (Share{2, 2})) << "it is where the other has none";
+  EXPECT_EQ(share({none, 1.0}, {none, 2.0}), (Share{1, 1})) << "nobody had begun";
+  EXPECT_EQ(share({1.0, 1.0}, {2.0}), (Share{1, 1})) << "the other had come to its end";
 }
 
 TEST(Comparison, ProbabilitiesAsText) {

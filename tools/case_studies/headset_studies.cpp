@@ -177,7 +177,7 @@ void claim_errors(const std::vector<Row>& rows, std::vector<Claim>& claims) {
       claims.push_back(
           lower_mean(fmt::format("1 core: Catan's picture has a smaller error than that of {} ({}, pixels)",
                                  baseline.label, words),
-                     ours, theirs, theirs.probability));
+                     ours, theirs));
     }
   }
 }
@@ -195,30 +195,28 @@ void claim_beside_pacer(const Study& study, const std::vector<Row>& rows, std::v
     const Row& theirs = row_of(rows, chain.response, batch_on(kOne, kPacer));
     claims.push_back(no_higher_mean(
         fmt::format("1 core: Catan's {} is no longer than the pacer's, or at its floor (ms)", chain.name),
-        row_of(rows, chain.response, batch_on(kOne, kCatan)), theirs, theirs.probability,
-        is_at_floor(rows, study, chain, kOne)));
+        row_of(rows, chain.response, batch_on(kOne, kCatan)), theirs, is_at_floor(rows, study, chain, kOne)));
   }
   const Row& theirs = row_of(rows, kMissed, batch_on(kOne, kPacer));
   claims.push_back(no_higher_mean("1 core: Catan misses no more ticks than the pacer (%)",
-                                  row_of(rows, kMissed, batch_on(kOne, kCatan)), theirs, theirs.probability));
+                                  row_of(rows, kMissed, batch_on(kOne, kCatan)), theirs));
 }
 
 void claim_more_cores(const Study& study, const Runs& runs, const std::vector<Row>& rows, std::vector<Claim>& claims) {
-  const auto batch = [&](const Cores& cores) {
+  const auto batch = [&](const Cores& cores) -> const Batch& {
     return *std::ranges::find(study.batches, batch_on(cores, kCatan), &Batch::name);
   };
   for (const Chain& chain : kChains) {
-    const Row& one = row_of(rows, chain.response, batch_on(kOne, kCatan));
     const Row& two = row_of(rows, chain.response, batch_on(kTwo, kCatan));
-    const std::optional<double> probability = compare_two(*one.metric, batch(kTwo), batch(kOne), runs).probability;
+    const Row one = compare_two(*two.metric, batch(kOne), batch(kTwo), runs);
     if (!has_floor(study, chain)) {
-      claims.push_back(lower_mean(fmt::format("2 cores: Catan's {} is shorter than on one core (ms)", chain.name), two,
-                                  one, probability));
+      claims.push_back(
+          lower_mean(fmt::format("2 cores: Catan's {} is shorter than on one core (ms)", chain.name), two, one));
       continue;
     }
     claims.push_back(no_higher_mean(
         fmt::format("2 cores: Catan's {} is no longer than on one core, or at its floor (ms)", chain.name), two, one,
-        probability, is_at_floor(rows, study, chain, kTwo)));
+        is_at_floor(rows, study, chain, kTwo)));
   }
 }
 
@@ -226,7 +224,7 @@ Claim far_below_baselines(const Chain& chain, double percent, const std::vector<
   const Row& theirs = lowest_mean(rows, chain.response, {batch_on(kOne, kDefault), batch_on(kOne, kFifo)});
   return lower_mean(fmt::format("1 core: Catan's {} is {:.0f} % shorter than the better of default and FIFO (ms)",
                                 chain.name, percent),
-                    row_of(rows, chain.response, batch_on(kOne, kCatan)), theirs, theirs.probability, percent);
+                    row_of(rows, chain.response, batch_on(kOne, kCatan)), theirs, percent);
 }
 
 // With a camera that has a rate of its own C has a floor, too.

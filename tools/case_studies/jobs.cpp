@@ -14,6 +14,8 @@
 #include <thread>
 
 #include "experiments/shell.h"
+#include "program/fingerprint.h"
+#include "program/text_file.h"
 
 namespace ctn::case_studies {
 namespace {
@@ -33,19 +35,39 @@ std::string command_of(const std::string& program, const std::vector<std::string
 
 std::string unfinished(const std::string& file) { return file + ".unfinished"; }
 
-std::filesystem::path record_of(const std::filesystem::path& folder, const std::string& measurement) {
-  return folder / (measurement + ".catan");
-}
-
 const App& app_of(const Study& study, const Plan& plan) { return plan.apps.at(study.program); }
 
 std::filesystem::path folder_of(const Study& study, const Plan& plan) { return app_of(study, plan).folder / study.id; }
 
-Job measuring(const Study& study, const Measurement& measurement, const Plan& plan) {
-  const std::filesystem::path record = record_of(folder_of(study, plan), measurement.name);
+// All but the record.
+std::vector<std::string> measuring_arguments(const Measurement& measurement, const Plan& plan) {
   std::vector<std::string> arguments = measurement.arguments;
   // Of a seed that no batch has.
-  arguments.insert(arguments.end(), {"--seed", std::to_string(plan.seed - 1), "--record", unfinished(record.string())});
+  arguments.insert(arguments.end(), {"--seed", std::to_string(plan.seed - 1)});
+  return arguments;
+}
+
+// Its name tells apart what is measured: by the arguments, and by what the files hold that they name.
+std::filesystem::path record_of(const Study& study, const Measurement& measurement, const Plan& plan) {
+  program::Fingerprint fingerprint;
+  for (const std::string& argument : measuring_arguments(measurement, plan)) {
+    fingerprint.add(argument + '\0');
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(argument, error)) continue;
+    fingerprint.add(program::text_of_file(argument).value_or("") + '\0');
+  }
+  return folder_of(study, plan) / fmt::format("{}-{:08x}.catan", measurement.name, fingerprint.value() >> 32U);
+}
+
+// Precondition: the study has a measurement of that name.
+std::filesystem::path record_of(const Study& study, const std::string& measurement, const Plan& plan) {
+  return record_of(study, *std::ranges::find(study.measurements, measurement, &Measurement::name), plan);
+}
+
+Job measuring(const Study& study, const Measurement& measurement, const Plan& plan) {
+  const std::filesystem::path record = record_of(study, measurement, plan);
+  std::vector<std::string> arguments = measuring_arguments(measurement, plan);
+  arguments.insert(arguments.end(), {"--record", unfinished(record.string())});
   return {.name = study.id + "/" + measurement.name,
           .command = "exec " + command_of(app_of(study, plan).program, arguments),
           .seconds = measurement.seconds,
@@ -71,7 +93,7 @@ Job running(const Turn& turn, const Plan& plan) {
   const std::filesystem::path folder = folder_of(study, plan);
   std::vector<std::string> arguments = batch.arguments;
   if (!batch.costs.empty()) {
-    arguments.insert(arguments.end(), {"--costs", record_of(folder, batch.costs).string()});
+    arguments.insert(arguments.end(), {"--costs", record_of(study, batch.costs, plan).string()});
   }
   if (!batch.calibration.empty()) {
     arguments.insert(arguments.end(), {"--calibration", (folder / batch.calibration).string()});
@@ -206,7 +228,7 @@ Jobs make_jobs(const std::vector<Study>& studies, const Plan& plan) {
     if (!study.missing.empty()) continue;
     for (const Measurement& measurement : study.measurements) {
       std::error_code error;
-      if (std::filesystem::exists(record_of(folder_of(study, plan), measurement.name), error)) continue;
+      if (std::filesystem::exists(record_of(study, measurement, plan), error)) continue;
       jobs.measurements.push_back(measuring(study, measurement, plan));
     }
     for (const Batch& batch : study.batches) {

@@ -1,14 +1,15 @@
 // From studies to command lines, and running these: several at a time, those in real time one by one.
 //
 // A study's runs are in `FOLDER/STUDY/BATCH/run-SEED.json`, where the app's program itself keeps them: what is there it
-// does not run again. Measurements are records, `FOLDER/STUDY/NAME.catan`. Batches are run in turns of a few runs each,
-// so that what is there after an early end compares all of them.
+// does not run again. Measurements are records, `FOLDER/STUDY/NAME-OF.catan`, where OF tells apart of what: another
+// seed, another map, another detector is measured anew. Batches are run in turns of a few runs each, so that what is
+// there after an early end compares all of them.
 //
 // A command is run by a shell that prints the number of its process first, so that it can be ended: the program stores
 // what it has, and ends with 128 + the signal's number.
 //
-// Thread safety: make_jobs() is pure, but for looking which files are there; run_jobs() starts threads of its own, and
-// returns when they have ended.
+// Thread safety: make_jobs() is pure, but for looking which files are there, and what is in those that arguments name;
+// run_jobs() starts threads of its own, and returns when they have ended.
 #pragma once
 
 #include <cstdint>

@@ -16,6 +16,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
 
 class JobsTest : public ::testing::Test {
  protected:
@@ -53,7 +55,7 @@ TEST_F(JobsTest, BatchesTakeTurns) {
                                  "sample/catan, runs 7 to 8 of 8", "sample/other, runs 7 to 8 of 8"));
   EXPECT_EQ(jobs.runs[2].command,
             "exec '/bin/navigation' '--virtual' '--seed' '17' '--runs' '2' '--out' '" + file("sample/catan") + "'");
-  EXPECT_THAT(jobs.runs[1].command, HasSubstr("'--costs' '" + file("sample/whole-run.catan") + "'"));
+  EXPECT_THAT(jobs.runs[1].command, HasSubstr("'--costs' '" + jobs.measurements.at(0).writes + "'"));
   EXPECT_EQ(jobs.runs[3].seconds, 200.0);
 }
 
@@ -61,10 +63,33 @@ TEST_F(JobsTest, WhatIsMeasuredIsNotMeasuredAgain) {
   const Jobs jobs = make_jobs({sample_study()}, plan());
   ASSERT_EQ(jobs.measurements.size(), 1U);
   EXPECT_THAT(jobs.measurements[0].command, HasSubstr("'--seed' '10'"));
-  EXPECT_EQ(jobs.measurements[0].writes, file("sample/whole-run.catan"));
+  EXPECT_THAT(jobs.measurements[0].writes, StartsWith(file("sample/whole-run-")));
   std::filesystem::create_directories(folder_ / "sample");
-  std::ofstream(folder_ / "sample/whole-run.catan") << "there";
+  std::ofstream(jobs.measurements[0].writes) << "there";
   EXPECT_TRUE(make_jobs({sample_study()}, plan()).measurements.empty());
+}
+
+// A record once served whatever was asked for later: another detector, a longer run, a map that had changed.
+TEST_F(JobsTest, WhatIsMeasuredOfSomethingElseIsMeasuredAnew) {
+  Study study = sample_study();
+  std::ofstream(folder_ / "map.yaml") << "a wall";
+  study.measurements[0].arguments = {"--map", file("map.yaml"), "--seconds", "3"};
+  const auto measured = [&](const Plan& of) { return make_jobs({study}, of).measurements; };
+  const std::string record = measured(plan()).at(0).writes;
+  std::filesystem::create_directories(folder_ / "sample");
+  std::ofstream(record) << "there";
+  ASSERT_TRUE(measured(plan()).empty());
+
+  Plan other_seed = plan();
+  other_seed.seed = 5000;
+  ASSERT_THAT(measured(other_seed), SizeIs(1));
+  EXPECT_NE(measured(other_seed)[0].writes, record);
+  study.measurements[0].arguments[3] = "90";
+  ASSERT_THAT(measured(plan()), SizeIs(1));
+  EXPECT_THAT(make_jobs({study}, plan()).runs[1].command, HasSubstr("'--costs' '" + measured(plan())[0].writes + "'"));
+  study.measurements[0].arguments[3] = "3";
+  std::ofstream(folder_ / "map.yaml") << "another wall";
+  EXPECT_THAT(measured(plan()), SizeIs(1));
 }
 
 TEST_F(JobsTest, EachAppHasItsProgramAndItsFolder) {
@@ -74,7 +99,7 @@ TEST_F(JobsTest, EachAppHasItsProgramAndItsFolder) {
   EXPECT_THAT(jobs.runs[0].command, HasSubstr("'/bin/navigation'"));
   EXPECT_THAT(jobs.runs[2].command, HasSubstr("'/opt/vr'"));
   EXPECT_THAT(jobs.runs[2].command, HasSubstr("'--out' '" + file("of-vr/sample/catan") + "'"));
-  EXPECT_EQ(jobs.measurements[1].writes, file("of-vr/sample/whole-run.catan"));
+  EXPECT_THAT(jobs.measurements[1].writes, StartsWith(file("of-vr/sample/whole-run-")));
 }
 
 TEST_F(JobsTest, AStudyThatCannotBeRunHasNone) {

@@ -15,6 +15,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "alike.h"
 #include "experiments/host.h"
 #include "experiments/shell.h"
 #include "jobs.h"
@@ -155,8 +156,13 @@ Result<std::vector<Study>> chosen(const Options& options) {
 }
 
 Result<Results> gather(const Options& options, std::vector<Study> studies, const std::map<std::string, App>& apps) {
-  Results results{
-      .host = {}, .quick = options.setting.quick, .seed = options.seed, .maps = {}, .failed = {}, .studies = {}};
+  Results results{.host = {},
+                  .quick = options.setting.quick,
+                  .seed = options.seed,
+                  .maps = {},
+                  .failed = {},
+                  .left_out = {},
+                  .studies = {}};
   for (Study& study : studies) {
     Runs runs;
     if (study.missing.empty()) {
@@ -164,7 +170,10 @@ Result<Results> gather(const Options& options, std::vector<Study> studies, const
       for (const Batch& batch : study.batches) {
         auto read = read_runs(folder / batch.name, options.seed, batch.runs);
         if (!read) return read.error();
-        runs[batch.name] = std::move(read).value();
+        Alike taken = alike(std::move(read).value(), batch.arguments);
+        runs[batch.name] = std::move(taken.runs);
+        if (taken.left_out.empty()) continue;
+        results.left_out.push_back(fmt::format("{}: {}", (folder / batch.name).string(), taken.left_out));
       }
     }
     results.studies.push_back({std::move(study), std::move(runs)});
@@ -227,7 +236,7 @@ int run(Options& options) {
   const std::string file = (std::filesystem::path(options.out) / "report.html").string();
   if (Status saved = page::save(*page, file); !saved) return program::fail(kProgram, saved.error());
   const int code = program::print(to_text(*results) + fmt::format("\nPage: {}\n", file), ran.signal);
-  return code == 0 && !ran.failed.empty() ? program::kFailure : code;
+  return code == 0 && !(ran.failed.empty() && results->left_out.empty()) ? program::kFailure : code;
 }
 
 }  // namespace

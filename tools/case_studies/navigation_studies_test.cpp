@@ -101,6 +101,56 @@ TEST_P(NavigationStudies, AreOnTheMapsThatAreAsked) {
 
 INSTANTIATE_TEST_SUITE_P(All, NavigationStudies, ::testing::ValuesIn(ids_of_studies("navigation")), as_name);
 
+Verdict verdict_on(const Study& study, const Runs& runs, const std::string& text) {
+  for (const Claim& claim : study.claim(study, runs)) {
+    if (claim.text.find(text) != std::string::npos) return claim.verdict;
+  }
+  ADD_FAILURE() << "no claim says " << text;
+  return {};
+}
+
+// Runs without a value were left out, so that the worst runs of a scheduler improved its figure.
+TEST(DetectorStudy, WhatStarvesCounts) {
+  const Study study = detector({});
+  Runs runs = hoped_for(study);
+  for (const char* batch : {"1-core/catan", "2-cores/catan"}) {
+    for (std::size_t number = 0; number < 7; ++number) {
+      StoredRun& run = runs.at(batch)[number];
+      run.figures.erase("objective_ms");
+      for (auto& [list, values] : run.by_time) {
+        std::fill(values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end(), std::nullopt);
+      }
+    }
+  }
+  EXPECT_NE(verdict_on(study, runs, "staleness is lower than Static-20s's in the second half"), Verdict::kHeld);
+  EXPECT_NE(verdict_on(study, runs, "objective of whole runs is lower than Static-FullRun's"), Verdict::kHeld);
+  EXPECT_NE(verdict_on(study, runs, "lower than that of both in 95 %"), Verdict::kHeld);
+  EXPECT_EQ(verdict_on(study, runs, "period is shorter than Static-FullRun's in the first half"), Verdict::kHeld);
+  for (StoredRun& run : runs.at("2-cores/catan")) std::ranges::fill(run.by_time.begin()->second, std::nullopt);
+  EXPECT_NE(verdict_on(study, runs, "at most 0.6 of Static-FullRun's"), Verdict::kHeld);
+}
+
+// So many runs with a collision, of those in life beside those in virtual time of one scheduler.
+Runs colliding(const Study& study, std::size_t runs_each, std::size_t in_life, std::size_t in_virtual_time) {
+  Runs runs = hoped_for(study);
+  for (auto& [name, batch] : runs) {
+    batch.resize(runs_each);
+    const std::size_t count = name.ends_with("/life") ? in_life : in_virtual_time;
+    for (std::size_t i = 0; i < runs_each; ++i) batch[i].figures["collided"] = i < count ? 1.0 : 0.0;
+  }
+  return runs;
+}
+
+TEST(LifeStudy, DifferencesMayNotHideBehindFewRunsOrSeveralTests) {
+  const Study study = life({});
+  const auto verdict = [&](const Runs& runs) {
+    return verdict_on(study, runs, "Catan: collisions in life and in virtual time differ by chance alone");
+  };
+  EXPECT_EQ(verdict(colliding(study, 10, 0, 5)), Verdict::kFailed) << "p is 0.033, and that of three tests is not";
+  EXPECT_EQ(verdict(colliding(study, 2, 0, 0)), Verdict::kNotShown) << "0 of 2 beside 2 of 2 may be chance";
+  EXPECT_EQ(verdict(colliding(study, 10, 1, 2)), Verdict::kHeld);
+}
+
 TEST(LifeStudy, IsLeftOutWhereItCannotBeRun) {
   Setting setting;
   setting.no_life = "It takes two CPUs.";

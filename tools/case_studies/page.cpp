@@ -151,7 +151,7 @@ report::Table claims_table(const Results& results) {
       .caption =
           "Measured: Catan's first. p: how likely such a difference is where there is none, adjusted for "
           "several comparisons. Not shown: it came out as expected, but chance may have done it (p of "
-          "0.05 and more)."};
+          "0.05 and more), or so few runs are there that no difference could show."};
   std::string before;
   for (const auto& [study, claim] : claims_of(results)) {
     table.rows.push_back({study == before ? "" : study, claim.text, claim.measured,
@@ -174,6 +174,7 @@ void add_notes(report::Page& page, const Results& results) {
   if (!results.failed.empty()) {
     page.note(fmt::format("Failed: {}.", fmt::join(results.failed, "; ")), report::NoteKind::kWarning);
   }
+  for (const std::string& runs : results.left_out) page.note(runs + ".", report::NoteKind::kWarning);
   for (const StudyResults& one : results.studies) {
     if (!one.study.missing.empty()) page.note(fmt::format("{}: left out. {}", one.study.title, one.study.missing));
   }
@@ -270,6 +271,7 @@ std::string to_text(const Results& results) {
     text += fmt::format("{:<9}  {}: {}{}\n", verdict_text(claim.verdict), claim.text, claim.measured,
                         claim.probability ? fmt::format(" (p {})", probability_text(*claim.probability)) : "");
   }
+  for (const std::string& runs : results.left_out) text += fmt::format("\nNOT USED   {}\n", runs);
   for (const StudyResults& one : results.studies) {
     if (!one.study.missing.empty()) text += fmt::format("\nleft out   {}: {}\n", one.study.title, one.study.missing);
   }

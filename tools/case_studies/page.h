@@ -26,7 +26,8 @@ struct Results {
   bool quick = false;
   std::uint64_t seed = 1;  // of each batch's first run
   std::vector<Map> maps;
-  std::vector<std::string> failed;  // names of jobs
+  std::vector<std::string> failed;    // names of jobs
+  std::vector<std::string> left_out;  // runs that are there and do not belong to the others
   std::vector<StudyResults> studies;
 };
 

@@ -51,6 +51,7 @@ TEST(CaseStudiesPage, OwnsUpToWhatIsMissing) {
   Results results = sample_results();
   results.quick = true;
   results.failed = {"sample/other, run 3 of 8"};
+  results.left_out = {"sample/other: run-3.json is of another map"};
   results.studies[0].runs["other"].resize(1);
   Study other = sample_study();
   other.title = "In life";
@@ -59,10 +60,12 @@ TEST(CaseStudiesPage, OwnsUpToWhatIsMissing) {
   const auto page = render_page(results);
   ASSERT_TRUE(page.ok());
   for (const char* text : {"Not all runs are there: 9 of 16", "A quick run", "Failed: sample/other, run 3 of 8",
-                           "Too few runs are there yet", "In life: left out. It takes two CPUs."}) {
+                           "sample/other: run-3.json is of another map.", "Too few runs are there yet",
+                           "In life: left out. It takes two CPUs."}) {
     EXPECT_THAT(*page, HasSubstr(text));
   }
-  EXPECT_THAT(to_text(results), AllOf(HasSubstr("0 held"), HasSubstr("left out   In life: It takes two CPUs.")));
+  EXPECT_THAT(to_text(results), AllOf(HasSubstr("0 held"), HasSubstr("NOT USED   sample/other: run-3.json"),
+                                      HasSubstr("left out   In life: It takes two CPUs.")));
 }
 
 TEST(Figures, OfBatchesHaveAPlaceAndAnIntervalEach) {

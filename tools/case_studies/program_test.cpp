@@ -41,6 +41,11 @@ TEST(CaseStudiesProgram, RunsGoesOnAndDraws) {
   EXPECT_EQ(run_program(options).out, first.out);
   EXPECT_THAT(contents_of(folder / "programs.log"), HasSubstr("(from "));
   EXPECT_EQ(run_program(options + " --page").out, first.out);
+  // Runs of 2 s are not shown as runs of 3 s, nor beside them.
+  const Ended longer = run_program("--only map1 --seconds 3 --runs 2 --no-life --page --out " + folder.string());
+  EXPECT_EQ(longer.code, 1);
+  EXPECT_THAT(longer.out, HasSubstr("0 of 6 runs"));
+  EXPECT_THAT(longer.out, HasSubstr("2 of 2 runs are left out: run-1001.json is of another seconds (2.0, not 3)"));
   std::filesystem::remove_all(folder);
 }
 

@@ -1,6 +1,10 @@
 #include "run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <limits>
+#include <ranges>
 #include <system_error>
 #include <utility>
 
@@ -18,6 +22,20 @@ using Json = nlohmann::ordered_json;
 bool is_over_time(const std::string& name, const Json& value) {
   return name.find("_by_") != std::string::npos && value.is_array() &&
          std::ranges::all_of(value, [](const Json& item) { return item.is_number() || item.is_null(); });
+}
+
+constexpr std::optional<double> kInfinite = std::numeric_limits<double>::infinity();
+
+// `complete(list)`: what a run's list counts as.
+template <class Complete>
+ByTime medians_of_lists(const std::vector<StoredRun>& runs, const std::string& name, const Complete& complete) {
+  std::vector<ByTime> lists;
+  for (const StoredRun& run : runs) {
+    const auto list = run.by_time.find(name);
+    if (list == run.by_time.end()) continue;
+    complete(lists.emplace_back(list->second));
+  }
+  return program::medians_by_time(lists, (runs.size() + 1) / 2);
 }
 
 }  // namespace
@@ -40,6 +58,12 @@ Result<StoredRun> parse_run(const std::string& text, const std::string& file) {
   for (const auto& [name, value] : json.items()) {
     if (is_over_time(name, value)) run.by_time[name] = program::by_time_in(value);
   }
+  const Json options = program::common_options_in(json);
+  for (const auto& [name, value] : options.items()) {
+    if (!value.is_object()) run.options[name] = value.dump();
+    if (!value.is_object()) continue;
+    for (const auto& [part, of_part] : value.items()) run.options[fmt::format("{}.{}", name, part)] = of_part.dump();
+  }
   return run;
 }
 
@@ -57,11 +81,24 @@ Result<std::vector<StoredRun>> read_runs(const std::filesystem::path& folder, st
 }
 
 ByTime medians_by_time(const std::vector<StoredRun>& runs, const std::string& name) {
-  std::vector<ByTime> lists;
-  for (const StoredRun& run : runs) {
-    if (const auto list = run.by_time.find(name); list != run.by_time.end()) lists.push_back(list->second);
-  }
-  return program::medians_by_time(lists, (runs.size() + 1) / 2);
+  return medians_of_lists(runs, name, [](ByTime&) {});
+}
+
+ByTime medians_with_never(const std::vector<StoredRun>& runs, const std::string& name) {
+  return medians_of_lists(runs, name,
+                          [](ByTime& list) { std::ranges::replace(list, std::optional<double>(), kInfinite); });
+}
+
+ByTime medians_of_periods(const std::vector<StoredRun>& runs, const std::string& name) {
+  return medians_of_lists(runs, name, [](ByTime& list) {
+    const auto last =
+        std::ranges::find_if(list.rbegin(), list.rend(), [](const auto& value) { return value.has_value(); });
+    std::optional<double> next = last == list.rend() ? kInfinite : *last;
+    for (auto value = list.rbegin(); value != list.rend(); ++value) {
+      if (!*value) *value = next;
+      next = *value;
+    }
+  });
 }
 
 std::optional<double> mean_between(const StoredRun& run, const std::string& name, double from, double to) {

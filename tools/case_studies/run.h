@@ -22,6 +22,8 @@ struct StoredRun {
   std::uint64_t seed = 0;
   std::map<std::string, double> figures;  // those that were measured
   std::map<std::string, ByTime> by_time;
+  // What the runs of a batch have in common (program::common_options_in), each as JSON: "seconds", "inputs.world".
+  std::map<std::string, std::string> options{};
 
   std::optional<double> figure(const std::string& name) const;
 };
@@ -35,6 +37,12 @@ Result<std::vector<StoredRun>> read_runs(const std::filesystem::path& folder, st
 // Of a list over time: its median for each stretch, over the runs that have one there. Stretches that fewer than half
 // of the runs reached are left out, as they tell of other runs than those before.
 ByTime medians_by_time(const std::vector<StoredRun>& runs, const std::string& name);
+
+// The same for comparing, where what starves must count: runs that had nothing in a stretch count as infinite.
+ByTime medians_with_never(const std::vector<StoredRun>& runs, const std::string& name);
+// The same of a list of periods. A stretch in which nothing came lies between two outputs, so it has the period that
+// the next one tells; after the last one, that of the last. Runs that have none at all count as infinite.
+ByTime medians_of_periods(const std::vector<StoredRun>& runs, const std::string& name);
 
 // The mean of a list's values in a part of the run, from one share of its length to another; nothing where there are
 // none.

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <limits>
 
 namespace ctn::case_studies {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Optional;
+using ::testing::Pair;
 
 const char* const kStored = R"({"map": "1", "seed": 7, "figures": {"collided": 1.0, "goal_s": null},
   "staleness_ms_p95_by_5s": [10.0, null, 30.0], "contacts": [{"at_s": 1}], "cpus": [1]})";
@@ -26,6 +28,7 @@ TEST(ParseRun, TakesFiguresAndWhatIsOverTime) {
   EXPECT_FALSE(run->figure("goal_s"));
   EXPECT_FALSE(run->figure("no such"));
   ASSERT_EQ(run->by_time.size(), 1U) << "no other list is over time";
+  EXPECT_THAT(run->options, ElementsAre(Pair("map", "\"1\""))) << "nothing after the figures, and no seed";
   EXPECT_THAT(run->by_time.at("staleness_ms_p95_by_5s"), ElementsAre(Optional(10.0), std::nullopt, Optional(30.0)));
 }
 
@@ -56,6 +59,22 @@ TEST(MediansByTime, EndWhereHalfOfTheRunsHave) {
   EXPECT_THAT(medians_by_time(runs, "x_by_1s"), ElementsAre(Optional(2.0), Optional(5.0), std::nullopt));
   EXPECT_TRUE(medians_by_time(runs, "y_by_1s").empty());
   EXPECT_TRUE(medians_by_time({}, "x_by_1s").empty());
+}
+
+TEST(MediansByTime, CountWhatStarvesWhereTheyCompare) {
+  const double never = std::numeric_limits<double>::infinity();
+  const std::vector<StoredRun> runs{with(1, {1.0, 5.0}), with(2, {std::nullopt, std::nullopt}),
+                                    with(3, {2.0, std::nullopt})};
+  EXPECT_THAT(medians_by_time(runs, "x_by_1s"), ElementsAre(Optional(1.0), Optional(5.0)));
+  EXPECT_THAT(medians_with_never(runs, "x_by_1s"), ElementsAre(Optional(2.0), Optional(never)));
+}
+
+TEST(MediansByTime, OfPeriodsKnowThatOneMaySpanStretches) {
+  const double never = std::numeric_limits<double>::infinity();
+  const std::optional<double> none;
+  EXPECT_THAT(medians_of_periods({with(1, {none, 3.0, none, 9.0, none})}, "x_by_1s"),
+              ElementsAre(Optional(3.0), Optional(3.0), Optional(9.0), Optional(9.0), Optional(9.0)));
+  EXPECT_THAT(medians_of_periods({with(1, {none, none})}, "x_by_1s"), ElementsAre(Optional(never), Optional(never)));
 }
 
 TEST(MeanBetween, IsOfAPartOfTheRun) {

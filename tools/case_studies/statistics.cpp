@@ -43,6 +43,29 @@ double as_far_from_the_mean(const std::vector<double>& ways, std::size_t observe
   return std::min(1.0, far / all);
 }
 
+// Of differences by their sizes, but for those of 0.
+struct SignedRanks {
+  std::vector<std::size_t> ranks;  // doubled
+  std::size_t total = 0;
+  std::size_t positive = 0;  // the sum of those of positive differences
+};
+
+SignedRanks signed_ranks_of(std::span<const double> differences) {
+  std::vector<double> sizes;
+  std::vector<bool> is_positive;
+  for (const double difference : differences) {
+    if (difference == 0.0) continue;
+    sizes.push_back(std::abs(difference));
+    is_positive.push_back(difference > 0.0);
+  }
+  SignedRanks result{.ranks = doubled_ranks(sizes)};
+  for (std::size_t i = 0; i < result.ranks.size(); ++i) {
+    result.total += result.ranks[i];
+    if (is_positive[i]) result.positive += result.ranks[i];
+  }
+  return result;
+}
+
 }  // namespace
 
 double fisher_exact(Share a, Share b) {
@@ -58,6 +81,10 @@ double fisher_exact(Share a, Share b) {
     if (probability <= observed + kRounding) sum += std::exp(probability);
   }
   return std::min(1.0, sum);
+}
+
+double smallest_fisher_exact(std::size_t runs, std::size_t others) {
+  return fisher_exact({.count = 0, .total = runs}, {.count = others, .total = others});
 }
 
 double mann_whitney(std::span<const double> a, std::span<const double> b) {
@@ -83,24 +110,20 @@ double mann_whitney(std::span<const double> a, std::span<const double> b) {
 }
 
 double signed_rank(std::span<const double> differences) {
-  std::vector<double> sizes;
-  std::vector<bool> positive;
-  for (const double difference : differences) {
-    if (difference == 0.0) continue;
-    sizes.push_back(std::abs(difference));
-    positive.push_back(difference > 0.0);
-  }
-  if (sizes.empty()) return 1.0;
-  const std::vector<std::size_t> ranks = doubled_ranks(sizes);
-  const std::size_t total = std::accumulate(ranks.begin(), ranks.end(), std::size_t{0});
-  std::vector<double> ways(total + 1, 0.0);
+  const SignedRanks signed_ranks = signed_ranks_of(differences);
+  if (signed_ranks.ranks.empty()) return 1.0;
+  std::vector<double> ways(signed_ranks.total + 1, 0.0);
   ways[0] = 1.0;
-  std::size_t observed = 0;
-  for (std::size_t i = 0; i < ranks.size(); ++i) {
-    for (std::size_t sum = total; sum >= ranks[i]; --sum) ways[sum] += ways[sum - ranks[i]];
-    if (positive[i]) observed += ranks[i];
+  for (const std::size_t rank : signed_ranks.ranks) {
+    for (std::size_t sum = signed_ranks.total; sum >= rank; --sum) ways[sum] += ways[sum - rank];
   }
-  return as_far_from_the_mean(ways, observed, static_cast<double>(total) / 2.0);
+  return as_far_from_the_mean(ways, signed_ranks.positive, static_cast<double>(signed_ranks.total) / 2.0);
+}
+
+int sign_of_signed_ranks(std::span<const double> differences) {
+  const SignedRanks signed_ranks = signed_ranks_of(differences);
+  const std::size_t negative = signed_ranks.total - signed_ranks.positive;
+  return signed_ranks.positive > negative ? 1 : signed_ranks.positive < negative ? -1 : 0;
 }
 
 std::vector<double> holm(const std::vector<double>& probabilities) {

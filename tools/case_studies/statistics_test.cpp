@@ -159,5 +159,20 @@ TEST(Statistics, WilsonsIntervalIsTheEquationsSolution) {
   EXPECT_EQ(wilson({0, 0}).high, 1.0);
 }
 
+TEST(Statistics, SignedRanksHaveADirectionOfTheirOwn) {
+  std::vector<double> differences(100, -1.0);
+  std::fill(differences.begin() + 90, differences.end(), 500.0);
+  EXPECT_EQ(sign_of_signed_ranks(differences), -1) << "though their mean is positive";
+  EXPECT_EQ(sign_of_signed_ranks(std::vector{-1.0, 0.0, 2.0}), 1);
+  EXPECT_EQ(sign_of_signed_ranks(std::vector{-1.0, 1.0, 0.0}), 0);
+  EXPECT_EQ(sign_of_signed_ranks({}), 0);
+}
+
+TEST(Statistics, FewRunsCannotDifferByMoreThanChance) {
+  EXPECT_NEAR(smallest_fisher_exact(2, 2), 1.0 / 3.0, 1e-12);
+  EXPECT_NEAR(smallest_fisher_exact(4, 4), 1.0 / 35.0, 1e-12);
+  EXPECT_EQ(smallest_fisher_exact(0, 4), 1.0);
+}
+
 }  // namespace
 }  // namespace ctn::case_studies

@@ -46,6 +46,11 @@ ByTime period_by_time(const std::vector<std::chrono::nanoseconds>& instants, std
   ByTime result;
   result.reserve(gaps.size());
   for (const std::vector<double>& bucket : gaps) result.push_back(mean_of(bucket));
+  if (instants.empty() || result.empty() || result.back()) return result;
+  const std::chrono::nanoseconds open = end - instants.back();
+  const std::chrono::nanoseconds before =
+      instants.size() > 1 ? instants.back() - instants[instants.size() - 2] : std::chrono::nanoseconds(width);
+  if (open > before) result.back() = in_ms(open);
   return result;
 }
 

@@ -25,7 +25,9 @@ struct AgeSample {
 // none. As many stretches as have begun by `end`.
 ByTime p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width, std::chrono::nanoseconds end);
 // In ms: for each stretch of `width` from the beginning, the mean time between two consecutive instants of which the
-// second is in it; nothing where none is. `instants` ascend. As many stretches as have begun by `end`.
+// second is in it; nothing where none is. `instants` ascend. As many stretches as have begun by `end`. Where the last
+// one has nothing, the time that has passed since the last instant counts there if that is more than passed between the
+// two before it (after a single one: more than `width`): what has stopped coming has a long period.
 ByTime period_by_time(const std::vector<std::chrono::nanoseconds>& instants, std::chrono::nanoseconds width,
                       std::chrono::nanoseconds end);
 std::vector<double> ages_in_ms(const std::vector<AgeSample>& samples);

@@ -33,5 +33,13 @@ TEST(PeriodByTime, IsTheMeanTimeBetweenOutputs) {
   EXPECT_THAT(period_by_time({5s}, 10s, 11s), ElementsAre(std::nullopt, std::nullopt));
 }
 
+// The period of a detector that had stopped was that of the time before.
+TEST(PeriodByTime, CountsTheTimeThatIsOpenAtTheEnd) {
+  EXPECT_THAT(period_by_time({1s, 3s}, 10s, 40s), ElementsAre(2000.0, std::nullopt, std::nullopt, 37000.0));
+  EXPECT_THAT(period_by_time({5s}, 10s, 30s), ElementsAre(std::nullopt, std::nullopt, 25000.0));
+  EXPECT_THAT(period_by_time({3s, 9s}, 10s, 11s), ElementsAre(6000.0, std::nullopt)) << "another may be about to come";
+  EXPECT_THAT(period_by_time({}, 10s, 20s), ElementsAre(std::nullopt, std::nullopt));
+}
+
 }  // namespace
 }  // namespace ctn::navigation::run
