@@ -74,7 +74,7 @@ void Housekeeping::step(TimePoint& next_flush) {
     controllers_.know_clock(reading.node, reading.ticks);
   }
   registered_.forget_ended_threads();
-  unscheduled_.look([this](const std::string& what) { notice("watchdog", what); });
+  if (enforcer_.real_time()) unscheduled_.look([this](const std::string& what) { notice("watchdog", what); });
   update_registered();
   carry_out_changes(now);
   if (std::optional<driver::Planned> planned = loop_.plan(now, *this)) {
