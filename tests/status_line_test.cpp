@@ -1,6 +1,9 @@
 #include "status_line.h"
 
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace ctn::tool {
 namespace {
@@ -30,6 +33,30 @@ TEST(StatusText, SaysWhatThePlanRelaxesAndAssumesWhileItDoes) {
   EXPECT_EQ(status_text(snapshot, 2.0, std::nullopt),
             "2.0 s  30.0 Hz  response 12.5 ms  bounds relaxed by 1.25 (objective[0].max and 1 more)  cost assumed of b "
             "and 2 more");
+}
+
+// Guards: catan serve let no program register while its terminal was stopped.
+TEST(StatusLine, DoesNotWaitForATerminalThatDoesNotRead) {
+  int terminal = -1;
+  int program = -1;
+  ASSERT_EQ(openpty(&terminal, &program, nullptr, nullptr, nullptr), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    alarm(30);  // ends a child that waits
+    dup2(program, STDERR_FILENO);
+    {
+      const StatusLine line;
+      // More than a terminal keeps for who does not read.
+      for (int count = 0; count < 10'000; ++count) line.show(std::string(100, 'x'));
+    }
+    _exit(0);
+  }
+  close(program);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status)) << "it waited";
+  close(terminal);
 }
 
 }  // namespace

@@ -46,6 +46,9 @@ struct Binding {
   friend bool operator==(const Binding&, const Binding&) = default;
 
   bool gives_output_on(std::string_view topic) const;
+  // Whoever asks a service waits for the answer: so a run answers all that have asked, and that is its output.
+  bool handles_all() const { return takes_all || kind == Kind::kService; }
+  bool gives_output_unseen() const { return always_gives_output || kind == Kind::kService; }
 };
 
 std::string to_text(const std::vector<Binding>& bindings);

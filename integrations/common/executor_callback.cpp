@@ -16,14 +16,11 @@ std::int64_t system_now() {
   return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-// Each request of a service waits for its answer.
-bool takes_all(const Binding& binding) { return binding.takes_all || binding.kind == Binding::Kind::kService; }
-
 BoundCallbackOptions executor_options(const Binding& binding) {
   BoundCallbackOptions options;
-  options.takes_all = takes_all(binding);
+  options.takes_all = binding.handles_all();
   options.runs_by_itself = binding.runs_by_itself;
-  options.always_gives_output = binding.always_gives_output;
+  options.always_gives_output = binding.gives_output_unseen();
   return options;
 }
 
@@ -135,7 +132,7 @@ void ExecutorCallback::collect() {
   if (!callback_.take) return;
   std::optional<Call> newest;
   while (std::optional<Call> next = callback_.take()) {
-    if (takes_all(binding())) {
+    if (binding().handles_all()) {
       put(std::move(*next));
     } else {
       newest = std::move(next);
@@ -159,7 +156,7 @@ void ExecutorCallback::put(Call call) {
                        }
                        return made() ? Outcome::kCalled : Outcome::kNothing;
                      }};
-  if (takes_all(binding())) {
+  if (binding().handles_all()) {
     inbox_.put(std::move(entry));
   } else {
     inbox_.put_alone(std::move(entry));

@@ -81,6 +81,7 @@ TEST_F(ExecutorCallbackTest, ARunOfAServiceAnswersAllRequests) {
   run_once(1);
   end(*callback);
   EXPECT_THAT(called, ElementsAre(1, 2));
+  EXPECT_EQ(play.text(), "1 with output; ") << "the answers";
 }
 
 TEST_F(ExecutorCallbackTest, ATriggerTakesTheNewestThatIsThereWithoutTheExecutor) {

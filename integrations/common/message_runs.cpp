@@ -1,6 +1,7 @@
 #include "common/message_runs.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "common/hash.h"
 
@@ -29,18 +30,24 @@ MessageRuns::Key MessageRuns::key_of_address(std::string_view topic, const void*
   return key_of(topic, std::as_bytes(std::span(&message, 1)));
 }
 
-// In place of the same message, of none, or of that of the oldest run.
+// In place of the same message, of none, or of that of the oldest run. A later run than this one is of a server that
+// was there before, since which runs are counted from 1 again: so older still.
 void MessageRuns::note(std::string_view name, Key key, std::uint64_t run) {
   Node* const node = find_entry(file_->content().nodes, hash_of(name), true);
   if (node == nullptr) return;
   std::array<Message, kMessagesOfASet>& set = node->sets[key % kSets];
   Message* place = set.data();
+  std::uint64_t oldest = std::numeric_limits<std::uint64_t>::max();
   for (Message& message : set) {
     if (message.key.load(std::memory_order_acquire) == key) {
       place = &message;
       break;
     }
-    if (message.run.load(std::memory_order_acquire) < place->run.load(std::memory_order_acquire)) place = &message;
+    const std::uint64_t noted = message.run.load(std::memory_order_acquire);
+    const std::uint64_t age = noted > run ? 0 : noted;
+    if (age >= oldest) continue;
+    oldest = age;
+    place = &message;
   }
   place->key.store(0, std::memory_order_release);
   place->run.store(run, std::memory_order_release);

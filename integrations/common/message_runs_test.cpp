@@ -61,6 +61,17 @@ TEST_F(MessageRunsTest, TheLastMessagesAreKept) {
 }
 
 // A map that is built each five seconds, of what a node gave that gives something else fifty times a second.
+// Guards: the newest message of all made room for the next, so that only the last of each set was known.
+TEST_F(MessageRunsTest, MessagesOfAServerThatWasThereBeforeMakeRoomFirst) {
+  constexpr std::uint64_t kBefore = 4 * MessageRuns::kSets * MessageRuns::kMessagesOfASet;
+  for (std::uint64_t run = 1; run <= kBefore; ++run) sender->note("scan", key("before " + std::to_string(run)), run);
+  constexpr std::uint64_t kSent = 300;
+  for (std::uint64_t run = 1; run <= kSent; ++run) sender->note("scan", key(std::to_string(run)), run);
+  for (std::uint64_t run = 1; run <= kSent; ++run) {
+    EXPECT_EQ(receiver->find("scan", key(std::to_string(run))), run);
+  }
+}
+
 TEST_F(MessageRunsTest, AMessageThatIsTakenSecondsLaterIsKnownAmongManyOthers) {
   constexpr int kTries = 100;
   int found = 0;

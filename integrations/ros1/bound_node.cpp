@@ -64,7 +64,7 @@ BoundCallbackOptions options_of(const Binding& binding) {
   options.takes_newest = binding.kind == Binding::Kind::kTopic && !binding.takes_all;
   options.takes_all = !options.takes_newest;
   options.runs_by_itself = binding.runs_by_itself;
-  options.always_gives_output = binding.always_gives_output || binding.kind == Binding::Kind::kService;
+  options.always_gives_output = binding.gives_output_unseen();
   return options;
 }
 

@@ -30,11 +30,18 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
     if (!os_.affinity(thread)) return Done{};  // gone meanwhile
     return placed;
   }
-  // A program whose server was away restores its threads for some seconds, and may do so just as a thread is raised
-  // here.
-  constexpr int kAttempts = 3;
-  if (level != os::Level::kOrdinary) raise_or_refuse(thread, level, owner == os_.current_process() ? 1 : kAttempts);
+  if (level != os::Level::kOrdinary) raise_or_refuse(thread, level, attempts_of(owner));
   return Done{};
+}
+
+// A program whose server was away restores its threads for some seconds, and may do so just as one is raised here.
+int Enforcer::attempts_of(os::ProcessId owner) const { return owner == os_.current_process() ? 1 : 3; }
+
+void Enforcer::try_level(os::ThreadId thread, os::Level level, os::ProcessId owner) {
+  const std::lock_guard lock(mutex_);
+  if (ended_) return;
+  raise_or_refuse(thread, level, attempts_of(owner));
+  if (real_time()) os_.shift_level(thread, os::Level::kOrdinary);
 }
 
 bool Enforcer::has_placed(os::ThreadId thread) const {

@@ -45,6 +45,10 @@ class Enforcer {
   // be had.
   void raise(os::ThreadId thread, os::Level level);
 
+  // Finds out whether a thread that apply() has placed can have the level, which is refused for all if it cannot, and
+  // leaves the thread at the ordinary one.
+  void try_level(os::ThreadId thread, os::Level level, os::ProcessId owner);
+
   // For controllers, of threads that apply() has placed before: no lock, no bookkeeping, no answer. Levels are left
   // alone where they cannot be had.
   void set_level_now(os::ThreadId thread, os::Level level);
@@ -66,7 +70,8 @@ class Enforcer {
 
  private:
   void tell(const std::string& kind, const std::string& detail);
-  // What fails so many times is taken to be refused.
+  // So often a level is asked for before it is taken to be refused.
+  int attempts_of(os::ProcessId owner) const;
   void raise_or_refuse(os::ThreadId thread, os::Level level, int attempts);
   void refuse(const std::string& why);
 

@@ -58,6 +58,16 @@ TEST_F(EnforcerTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotTouched) {
   EXPECT_EQ(*fake.affinity(thread), CpuSet{1});
 }
 
+TEST_F(EnforcerTest, ALevelThatWasTriedIsNotKept) {
+  ASSERT_TRUE(enforcer.apply(thread, Level::kOrdinary, CpuSet{1}).ok());
+  enforcer.try_level(thread, Level::kActive, fake.current_process());
+  EXPECT_EQ(*fake.level(thread), Level::kOrdinary);
+  EXPECT_TRUE(enforcer.real_time());
+  fake.set_real_time_facts({false, "not here", 0.05, "fair server"});
+  enforcer.try_level(thread, Level::kActive, fake.current_process());
+  EXPECT_FALSE(enforcer.real_time());
+}
+
 // Its own program may restore it just then: no other thread is to pay for that.
 TEST(Enforcer, ALevelThatAThreadOfAnotherProcessLosesAtOnceIsAskedForAgain) {
   os::FakeOs fake;

@@ -219,7 +219,9 @@ void NodePort::Runs::begin(Run& run) {
   binding_->own->number.store(number_, std::memory_order_relaxed);
   if (thread_ == 0) thread_ = static_cast<std::int32_t>(os_.current_thread());
   counted_early_ = std::exchange(has_waited_, false) && own_cpu_ && !has_other_threads();
-  begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time() + cpu_time_of_other_threads();
+  begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time();
+  others_.begin();
+  read_other_threads();
   wait_.begin();
   if (run.threads() > 1) begin_ready_ = ready_time();
   begin_ = os_.now();
@@ -283,7 +285,8 @@ RunAccess::Origin NodePort::Runs::settle_ages(Run& run) {
 
 void NodePort::Runs::end(Run& run) {
   own_cpu_ = os_.thread_cpu_time();
-  Nanos cpu = std::max(*own_cpu_ + cpu_time_of_other_threads() - begin_cpu_, Nanos{0});
+  read_other_threads();
+  Nanos cpu = std::max(*own_cpu_ - begin_cpu_, Nanos{0}) + others_.used();
   end_ = os_.now();
   // One thread cannot take longer than the clock says, whatever it did between its trigger and begin().
   if (counted_early_) cpu = std::min(cpu, end_ - begin_ + kStraightBack);
@@ -331,20 +334,18 @@ bool NodePort::Runs::has_other_threads() const {
   return count > 1 || (count == 1 && own.thread[0].load(std::memory_order_acquire) != thread_);
 }
 
-Nanos NodePort::Runs::cpu_time_of_other_threads() {
-  Nanos total{0};
+void NodePort::Runs::read_other_threads() {
   NodeCell& own = *binding_->own;
   const auto count = std::min<std::size_t>(own.threads.load(std::memory_order_acquire), NodeCell::kMaxThreads);
   for (std::size_t index = 0; index < count; ++index) {
     const std::int32_t thread = own.thread[index].load(std::memory_order_acquire);
     if (thread == 0 || thread == thread_) continue;
     if (const Result<Nanos> used = os_.thread_cpu_time(os::ThreadId{thread})) {
-      total += *used;
+      others_.read(os::ThreadId{thread}, *used);
     } else {
       own.thread[index].store(0, std::memory_order_release);  // it has ended
     }
   }
-  return total;
 }
 
 }  // namespace ctn::runtime

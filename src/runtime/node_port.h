@@ -46,6 +46,7 @@
 #include "catan/run.h"
 #include "graph/app.h"
 #include "os/os.h"
+#include "runtime/cpu_times.h"
 #include "runtime/region.h"
 #include "runtime/wait_watch.h"
 
@@ -146,7 +147,7 @@ class NodePort {
     int threads_planned() const;
     Nanos ready_time();
     bool has_other_threads() const;
-    Nanos cpu_time_of_other_threads();
+    void read_other_threads();
 
     os::Os& os_;
     const graph::Node& node_;
@@ -167,7 +168,8 @@ class NodePort {
     TimePoint end_{};             // of the run before
     bool has_waited_ = false;     // for the run that is to begin
     bool counted_early_ = false;  // from before its begin
-    Nanos begin_cpu_{0};          // of all its threads
+    Nanos begin_cpu_{0};          // of its own thread
+    CpuTimes others_;             // of the node's other threads, in the run under way
     Nanos begin_ready_{0};        // of its own thread, where the run is to work on several
     WaitWatch wait_;
     std::optional<Nanos> own_cpu_;  // of its own thread, where the next run is counted from; none: from its begin

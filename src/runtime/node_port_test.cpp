@@ -76,6 +76,42 @@ TEST(NodePortOfThreads, AnUnscheduledNodeOfItsOwnPeriodDoesNotWait) {
   EXPECT_FALSE(port.wait_for_trigger());
 }
 
+// Guards: its whole lifetime was taken from the run, which then seemed to cost nothing.
+TEST_F(NodePortTest, AThreadThatEndsInARunTakesNothingFromIt) {
+  os::ThreadId worker{};
+  const std::unique_ptr<os::Thread> thread = fake.spawn("worker", [&] {
+    worker = fake.current_thread();
+    fake.burn(milliseconds{20});
+    fake.sleep_until(TimePoint{milliseconds{24}});
+  });
+  fake.sleep_until(TimePoint{milliseconds{22}});
+  ASSERT_TRUE(link.add_thread(worker));
+  run_once(milliseconds{5});
+  EXPECT_EQ(reported(), Costs{milliseconds{5}});
+}
+
+// Guards: a run in which a pool was named cost all that the pool had ever done.
+TEST_F(NodePortTest, AThreadThatJoinsInARunCountsFromThenOn) {
+  os::ThreadId worker{};
+  const std::unique_ptr<os::Thread> thread = fake.spawn("worker", [&] {
+    worker = fake.current_thread();
+    fake.burn(milliseconds{20});
+    fake.sleep_until(TimePoint{milliseconds{40}});
+    fake.burn(milliseconds{3});
+    fake.sleep_until(TimePoint{std::chrono::hours{1}});
+  });
+  fake.sleep_until(TimePoint{milliseconds{22}});
+  trigger();
+  ASSERT_TRUE(port.wait_for_trigger());
+  port.begin(run);
+  ASSERT_TRUE(link.add_thread(worker));
+  fake.burn(milliseconds{2});
+  port.end(run);
+  fake.sleep_until(TimePoint{milliseconds{39}});
+  run_once(milliseconds{5});
+  EXPECT_EQ(reported(), (Costs{milliseconds{2}, milliseconds{8}}));
+}
+
 TEST_F(NodePortTest, WhatComesBeforeTheFirstRunIsNotCounted) {
   fake.burn(milliseconds{7});
   run_once();

@@ -46,8 +46,11 @@ void RegisteredNodes::place_on(const os::CpuSet& cpus) {
   cpus_ = cpus;
 }
 
+// Of its threads when they are placed. Nobody watches the runs of a subchain yet that misses a node, so those of
+// scheduled nodes are ordinary until the controller that holds the subchain sets their level.
 os::Level RegisteredNodes::level_of(NodeId node) const {
-  return app_.graph.node(node).unscheduled ? unscheduled_level_.load(std::memory_order_acquire) : placement_.scheduled;
+  if (!app_.graph.node(node).unscheduled) return os::Level::kOrdinary;
+  return unscheduled_level_.load(std::memory_order_acquire);
 }
 
 // Between the moment that a thread was placed and that it is known to have joined, unscheduled nodes may have been
@@ -169,8 +172,8 @@ void RegisteredNodes::remove_thread(NodeId node, os::ThreadId thread) {
   links_[node.index()]->remove_thread(thread, [this](os::ThreadId removed) { enforcer_->restore(removed); });
 }
 
-// On all CPUs, until the controller that holds the subchain sets its level and CPUs: so long at the ordinary level,
-// since nobody watches its runs yet. That levels can be had is found out here all the same.
+// On all CPUs, until the controller that holds the subchain sets its level and CPUs. That scheduled nodes can be raised
+// is found out here all the same, before the plan counts on it.
 Status RegisteredNodes::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
   os::CpuSet cpus;
   {
@@ -178,7 +181,7 @@ Status RegisteredNodes::place(NodeId node, os::ProcessId process, os::ThreadId t
     cpus = cpus_;
   }
   Status placed = enforcer_->apply(thread, level_of(node), cpus, process);
-  if (placed && !app_.graph.node(node).unscheduled) enforcer_->set_level_now(thread, os::Level::kOrdinary);
+  if (placed && !app_.graph.node(node).unscheduled) enforcer_->try_level(thread, placement_.scheduled, process);
   return placed;
 }
 

@@ -27,7 +27,7 @@ class RegisteredNodes {
   // How threads of nodes are placed when they join.
   struct Placement {
     os::CpuSet cpus;
-    os::Level scheduled = os::Level::kOrdinary;
+    os::Level scheduled = os::Level::kOrdinary;  // to be had by their controllers, who set it
     os::Level unscheduled = os::Level::kOrdinary;
   };
 

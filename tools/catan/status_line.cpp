@@ -1,8 +1,11 @@
 #include "status_line.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
+#include <climits>
 #include <cstdio>
 #include <string_view>
 #include <vector>
@@ -27,12 +30,26 @@ std::string plan_text(const Snapshot& snapshot) {
   return text;
 }
 
+// Opened anew: stderr itself is shared with whoever else writes on it, and expects that a write waits.
+os::Descriptor open_screen() {
+  std::array<char, PATH_MAX> name{};
+  if (ttyname_r(STDERR_FILENO, name.data(), name.size()) != 0) return {};
+  return os::Descriptor(open(name.data(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+}
+
 }  // namespace
 
-StatusLine::StatusLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
+StatusLine::StatusLine() : terminal_(isatty(STDERR_FILENO) == 1) {
+  if (terminal_) screen_ = open_screen();
+}
 
 void StatusLine::show(const std::string& line) const {
-  if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
+  const std::string text = "\r\033[K" + line;
+  if (screen_.valid()) {
+    static_cast<void>(write(screen_.number(), text.data(), text.size()) >= 0);
+  } else if (terminal_) {
+    fmt::print(stderr, "{}", text);
+  }
 }
 
 std::string status_text(const Snapshot& snapshot, double measured_s, std::optional<double> seconds) {

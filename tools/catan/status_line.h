@@ -1,10 +1,12 @@
-// The line on a terminal that says how a run goes, while it goes.
+// The line on a terminal that says how a run goes, while it goes. A terminal that does not read (Ctrl-S) misses it, and
+// keeps nobody waiting: who shows the line has an app to schedule.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "catan/snapshot.h"
+#include "os/linux/descriptor.h"
 
 namespace ctn::tool {
 
@@ -21,6 +23,7 @@ class StatusLine {
 
  private:
   bool terminal_;
+  os::Descriptor screen_;  // the terminal once more, which a write does not wait for; invalid: it cannot be opened
 };
 
 // `seconds`: that are to be measured; none: until something ends the run. Bounds that the plan in force relaxes and

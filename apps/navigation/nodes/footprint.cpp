@@ -39,9 +39,17 @@ bool touches_static(const LocalMap& map, const Pose& pose, double margin, double
   return std::any_of(kOutline.begin(), kOutline.end(), [&](const Point& point) {
     ++work.candidates;
     const Point at{pose.x + c * point.x - s * point.y, pose.y + s * point.x + c * point.y};
-    const double clear_there = map.static_clearance_at(at);
-    return clear_there < margin || (margin == 0.0 && clear_there == 0.0);
+    return map.static_clearance_at(at) < margin;
   });
+}
+
+std::optional<double> margin_kept(const LocalMap& map, const Pose& pose, std::initializer_list<double> margins,
+                                  Work& work) {
+  double room = 0.0;
+  for (const double margin : margins) {
+    if (!touches_static(map, pose, margin, room, work)) return margin;
+  }
+  return std::nullopt;
 }
 
 double distance_from_outline(const Pose& pose, Point point) {

@@ -62,11 +62,7 @@ Foresight::Foresight(const LocalMap& map, const Odometry& odometry, double react
     things_.push_back(thing);
   }
   if (things_.empty()) return;
-  double room = 0.0;
-  for (const double margin : {0.0, -kStaticMargin}) {
-    if (!touches_static(map_, start_.pose, static_margin_, room, work_)) break;
-    static_margin_ = margin;
-  }
+  static_margin_ = margin_kept(map, start_.pose, {kStaticMargin, kInNoObstacle}, work_).value_or(-kStaticMargin);
 }
 
 // The place nearest to `point` to which it may have come so long after the scan. Where it is not seen it is no farther

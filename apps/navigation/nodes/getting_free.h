@@ -3,7 +3,8 @@
 //
 // If the wheels have counted nothing for most of a second in which the robot was to move, it is taken to be held from
 // behind: it goes straight ahead for a foot's length, where the laser sees, and does not back up again for a while. If
-// going straight ahead does not move it either, it goes back, and so on in turn.
+// it was told to go straight ahead and that does not move it either, it goes back, and so on in turn. Where the map
+// does not let it go ahead it stands (local_planner.h), gives up, and goes by the map again.
 //
 // Units: metres, radians, seconds. Thread safety: one thread an object.
 #pragma once

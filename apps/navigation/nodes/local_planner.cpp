@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -142,10 +143,9 @@ class DynamicWindow {
     return best;
   }
 
-  // Whether the robot keeps that distance where it is.
-  bool keeps(double margin) {
-    double room = 0.0;
-    return !touches_static(map_, odometry_.pose, margin, room, work_);
+  // The first of the margins that the robot keeps where it is.
+  std::optional<double> margin_kept_of(std::initializer_list<double> margins) {
+    return margin_kept(map_, odometry_.pose, margins, work_);
   }
   bool allows(const Velocity& velocity, double margin) { return std::isfinite(judge(velocity, margin)); }
 
@@ -214,10 +214,9 @@ Choice among_standing(DynamicWindow& window, const Aim& aim, bool may_back_up) {
 
 // Where something holds the robot it may be nearer than usual to what stands; it comes no nearer to it.
 Velocity straight_on(DynamicWindow& window, double speed) {
-  for (const double margin : {kTightMargin, 0.0}) {
-    if (window.keeps(margin)) return window.allows({speed, 0.0}, margin) ? Velocity{speed, 0.0} : Velocity{};
-  }
-  return {};
+  const std::optional<double> margin = window.margin_kept_of({kTightMargin, kInNoObstacle});
+  const Velocity velocity{speed, 0.0};
+  return margin && window.allows(velocity, *margin) ? velocity : Velocity{};
 }
 
 Choice among_moving(DynamicWindow& window, Foresight& foresight) {
