@@ -37,17 +37,24 @@ void Inbox::put_alone(Entry entry) {
 }
 
 // What the entries hold is let go without the mutex: that may be the last reference to the program's objects.
-void Inbox::remove(Id id) {
+void Inbox::remove(Id id, UnderWay call) {
   std::deque<Entry> removed;
   const std::lock_guard lock(mutex_);
   std::deque<Entry> kept;
   for (Entry& entry : entries_) (entry.id == id ? removed : kept).push_back(std::move(entry));
   entries_ = std::move(kept);
-  while (is_under_way_elsewhere(id)) changed_.wait(mutex_);
+  while (call == UnderWay::kIsWaitedFor && is_under_way_elsewhere(id)) changed_.wait(mutex_);
 }
 
-bool Inbox::is_under_way_elsewhere(Id id) const {
-  return under_way_ && under_way_->id.value_or(id) == id && under_way_->thread != std::this_thread::get_id();
+void Inbox::wait_for_call() const {
+  const std::lock_guard lock(mutex_);
+  while (is_under_way_elsewhere(std::nullopt)) changed_.wait(mutex_);
+}
+
+// Precondition: the mutex is held. Without an id: of any.
+bool Inbox::is_under_way_elsewhere(std::optional<Id> id) const {
+  if (!under_way_ || under_way_->thread == std::this_thread::get_id()) return false;
+  return !id || under_way_->id.value_or(*id) == *id;
 }
 
 std::optional<Outcome> Inbox::call_first() {
@@ -57,7 +64,7 @@ std::optional<Outcome> Inbox::call_first() {
     if (entries_.empty()) return std::nullopt;
     first = std::move(entries_.front());
     entries_.pop_front();
-    under_way_ = UnderWay{first->id, std::this_thread::get_id()};
+    under_way_ = Call{first->id, std::this_thread::get_id()};
   }
   const EndOfCall end(*this);
   const Outcome outcome = first->call();
@@ -72,7 +79,7 @@ std::optional<Outcome> Inbox::call_first() {
 bool Inbox::call_without_entry(const std::function<bool()>& call) {
   {
     const std::lock_guard lock(mutex_);
-    under_way_ = UnderWay{std::nullopt, std::this_thread::get_id()};
+    under_way_ = Call{std::nullopt, std::this_thread::get_id()};
   }
   const EndOfCall end(*this);
   return call();

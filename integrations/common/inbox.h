@@ -5,7 +5,8 @@
 // it takes to move a pointer, and has priority inheritance. No call is made with it held.
 //
 // Who removes a callback may let go of what it uses right afterwards, so remove() waits for a call of it that is under
-// way; a callback that removes itself does not wait.
+// way; a callback that removes itself does not wait. Where the framework does not wait, who removes it may have got
+// what the call needs to go on; the call goes on then.
 //
 // Thread safety: all calls from any thread.
 #pragma once
@@ -40,7 +41,10 @@ class Inbox {
 
   void put(Entry entry);
   void put_alone(Entry entry);  // in place of all that are there
-  void remove(Id id);
+  enum class UnderWay { kIsWaitedFor, kGoesOn };
+  void remove(Id id, UnderWay call = UnderWay::kIsWaitedFor);
+  // For a call of any id that is under way in another thread.
+  void wait_for_call() const;
   // Makes the first call; it stays there, in front, where that gave kAgain. Not set: there is none.
   std::optional<Outcome> call_first();
   // A call that has no entry here, and may be of any id.
@@ -56,7 +60,7 @@ class Inbox {
   const std::atomic<bool>& stopped() const { return stopped_; }
 
  private:
-  struct UnderWay {
+  struct Call {
     std::optional<Id> id;  // not set: of any
     std::thread::id thread;
   };
@@ -64,12 +68,12 @@ class Inbox {
   // By the thread that makes the call: it is under way until this is let go.
   class EndOfCall;
 
-  bool is_under_way_elsewhere(Id id) const;
+  bool is_under_way_elsewhere(std::optional<Id> id) const;
 
   mutable PriorityMutex mutex_;
   mutable PriorityCondition changed_;
   std::deque<Entry> entries_;
-  std::optional<UnderWay> under_way_;
+  std::optional<Call> under_way_;
   std::chrono::steady_clock::time_point last_put_{};
   std::atomic<bool> stopped_{false};
 };

@@ -12,29 +12,27 @@
 // the node that waits for it. Where there is more than one turn, a thread that finds none free tries them in turn, a
 // millisecond each, since it cannot wait for several: it is at most so much later.
 //
+// A spinner that ends takes one turn along, so as many are left as there are spinners.
+//
 // A queue that itself keeps its callbacks apart, whoever calls them (a nodelet's), has one turn from the beginning, and
 // nobody brings another.
 //
 // Thread safety: all calls from any thread; begin/end, enter/leave, take/give_back by one thread each.
 #pragma once
 
-#include <array>
 #include <atomic>
-#include <chrono>
 #include <cstddef>
-#include <cstdint>
-
-#include "common/priority_mutex.h"
+#include <memory>
 
 namespace catan_ros {
 
 class Turns {
  public:
-  static constexpr std::size_t kMaxSpinners = 64;  // more bring no turn along
+  static constexpr std::size_t kMaxSpinners = 64;  // at a time; more bring no turn along
 
-  Turns() = default;
+  Turns();
   // So many from the beginning, kMaxSpinners at most; spinners bring none.
-  explicit Turns(std::size_t count) : max_(count), count_(count) {}
+  explicit Turns(std::size_t count);
 
   // --- by a thread that spins the queue ---
   // It begins to wait for callbacks, and does so no longer.
@@ -50,22 +48,15 @@ class Turns {
   void give_back();
 
  private:
+  // All the turns; as good as this object and each thread that has used it.
+  class Slots;
   // Of the calling thread, in this queue.
-  struct Held {
-    std::uint64_t turns = 0;  // their number
-    int index = -1;           // of the turn that it holds; -1: none
-    bool brought = false;     // its own along
-  };
+  struct Held;
+  class HeldByThread;
   Held& held() const;
-  static std::uint64_t next_number();
-  int bring(bool locked);
-  int take_any(const std::atomic<bool>* stop);
+  void bring(Held& own);
 
-  const std::uint64_t number_ = next_number();  // another may get its address after it
-  const std::size_t max_ = kMaxSpinners;
-  std::array<PriorityMutex, kMaxSpinners> turns_;
-  std::atomic<std::size_t> count_{0};
-  std::atomic<bool> growing_{false};
+  const std::shared_ptr<Slots> slots_;
 };
 
 }  // namespace catan_ros

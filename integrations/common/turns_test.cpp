@@ -112,6 +112,43 @@ TEST(Turns, ACallbackThatSubscribesIsNotInterrupted) {
   turns.leave();
 }
 
+// A program may start and stop its spinners as often as it likes.
+TEST(Turns, ASpinnerThatEndsHoldsUpNoneThatComesAfterIt) {
+  Turns turns;
+  for (std::size_t spinner = 0; spinner < 2 * Turns::kMaxSpinners; ++spinner) {
+    bool was_free = false;
+    in_a_thread([&] {
+      turns.enter();
+      was_free = is_free(turns);
+      if (was_free) turns.leave();  // which would wait for a turn
+    });
+    ASSERT_TRUE(was_free) << "spinner " << spinner;
+  }
+}
+
+TEST(Turns, ASpinnerThatEndsTakesOneTurnAlong) {
+  Turns turns;
+  turns.enter();
+  in_a_thread([&] {
+    turns.enter();
+    turns.leave();
+  });
+  in_a_thread([&] {
+    ASSERT_TRUE(turns.take(kGoOn)) << "that of the spinner that goes on";
+    EXPECT_FALSE(is_free(turns));
+    turns.give_back();
+  });
+  EXPECT_TRUE(is_free(turns));
+}
+
+TEST(Turns, AThreadThatBroughtNoneEndsWithoutOne) {
+  Turns turns(1);
+  in_a_thread([&] { turns.begin(); });
+  EXPECT_TRUE(is_free(turns)) << "it has not given it back";
+  turns.enter();
+  EXPECT_TRUE(is_free(turns)) << "there is one still";
+}
+
 // What one writes, another reads without a lock of its own: the turn is one.
 TEST(Turns, CallbacksOfOneSpinnerNeverOverlap) {
   Turns turns;

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -68,6 +70,12 @@ BoundCallbackOptions options_of(const Binding& binding) {
   return options;
 }
 
+// What is under way when the callback is removed: of a subscription roscpp waits for that, of a timer or a service it
+// does not (from 1.15.10 on), and who removes them may have got what the call waits for.
+Inbox::UnderWay under_way_of(const Binding& binding) {
+  return binding.kind == Binding::Kind::kTopic ? Inbox::UnderWay::kIsWaitedFor : Inbox::UnderWay::kGoesOn;
+}
+
 // What the node gives to others of its program, it gives them without a message: each run does. By the time of its
 // first run a program has advertised what it publishes.
 bool goes_through_memory(const Binding& binding) {
@@ -113,15 +121,27 @@ class BoundNode::NotingRuns final : public Schedule {
   BoundNode& owner_;
 };
 
-BoundNode::BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs,
-                     const KeptMessages& kept, ServerConnection& connection)
+std::string describe(const Binding& binding) {
+  switch (binding.kind) {
+    case Binding::Kind::kTopic:
+      return "a subscription of " + binding.name;
+    case Binding::Kind::kService:
+      return "a service " + binding.name;
+    case Binding::Kind::kTimer:
+    case Binding::Kind::kLoop:
+      break;
+  }
+  return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
+}
+
+BoundNode::BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessages& kept, ServerConnection& connection)
     : binding_(std::move(binding)),
-      original_(&original),
       message_runs_(message_runs),
       kept_(kept),
       connection_(connection),
       callback_(options_of(binding_), inbox_, turn_) {
-  turn_.set(make_turn(original));
+  const bool is_triggered_timer = binding_.kind == Binding::Kind::kTimer && !binding_.runs_by_itself;
+  if (is_triggered_timer) callback_.set_without_message([this] { return call_directly(); });
   if (message_runs_ != nullptr) callback_.set_newest_sent([this] { return newest_sent(); });
 }
 
@@ -132,43 +152,155 @@ void BoundNode::CurrentTurn::set(std::unique_ptr<Turn> turn) {
   next_ = std::move(turn);
 }
 
+bool BoundNode::CurrentTurn::is_current() const {
+  const std::lock_guard lock(mutex_);
+  return held_ == nullptr || held_ == next_;
+}
+
+// While it waits, another queue may take the place of the one whose turn that is.
 bool BoundNode::CurrentTurn::take(const std::atomic<bool>& stop) {
-  {
-    const std::lock_guard lock(mutex_);
-    held_ = next_;
+  for (;;) {
+    {
+      const std::lock_guard lock(mutex_);
+      held_ = next_;
+    }
+    if (!held_->take(stop)) break;
+    if (is_current()) return true;
+    give_back();
   }
-  return held_->take(stop);
+  const std::lock_guard lock(mutex_);
+  held_ = nullptr;
+  return false;
 }
 
-bool BoundNode::take(ros::CallbackQueueInterface& queue) {
-  const std::lock_guard lock(bound_mutex_);
-  if (taken_.exchange(true)) return false;
-  if (original_.load() != &queue) {
-    original_.store(&queue);
-    turn_.set(make_turn(queue));
-  }
-  return true;
+void BoundNode::CurrentTurn::give_back() {
+  held_->give_back();
+  const std::lock_guard lock(mutex_);
+  held_ = nullptr;
 }
 
-// What the node's thread calls is set before there is one.
-void BoundNode::set_direct_call(std::function<bool()> call) {
-  if (!started_) callback_.set_without_message([this] { return call_directly(); });
-  const std::lock_guard lock(bound_mutex_);
+BoundNode::Candidate::Candidate(BoundNode& node, ros::CallbackQueueInterface& original)
+    : node_(node), original_(original) {
+  const std::lock_guard lock(node_.bound_mutex_);
+  node_.join(*this);
+}
+
+BoundNode::Candidate::~Candidate() {
+  const std::lock_guard lock(node_.bound_mutex_);
+  node_.leave(*this);
+}
+
+void BoundNode::Candidate::set_direct_call(std::function<bool()> call, bool timer_runs) {
+  const std::lock_guard lock(node_.bound_mutex_);
   direct_call_ = std::make_shared<std::function<bool()>>(std::move(call));
+  timer_runs_ = timer_runs;
+}
+
+void BoundNode::Candidate::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) {
+  node_.put(*this, callback, id);
+}
+
+void BoundNode::Candidate::removeByID(std::uint64_t id) { node_.remove(*this, id); }
+
+std::shared_ptr<BoundNode::Candidate> BoundNode::add_candidate(ros::CallbackQueueInterface& original) {
+  return std::make_shared<Candidate>(*this, original);
+}
+
+// Precondition: bound_mutex_ is held. It is called anew where the program starts a timer again that it has stopped.
+void BoundNode::join(Candidate& candidate) {
+  if (std::find(candidates_.begin(), candidates_.end(), &candidate) != candidates_.end()) return;
+  candidates_.push_back(&candidate);
+  if (candidates_.size() == 1) give_node_to_first();
+}
+
+// Precondition: bound_mutex_ is held.
+void BoundNode::leave(const Candidate& candidate) {
+  const auto found = std::find(candidates_.begin(), candidates_.end(), &candidate);
+  if (found == candidates_.end()) return;
+  const bool had_node = found == candidates_.begin();
+  candidates_.erase(found);
+  if (had_node && !candidates_.empty()) give_node_to_first();
+}
+
+// Precondition: bound_mutex_ is held, and there is a candidate. A run that has begun with the turn of a queue makes no
+// calls of another queue's callbacks, which would overlap with others of that queue: until it ends these are called as
+// if they waited.
+bool BoundNode::has_node(const Candidate& candidate) const {
+  return candidates_.front() == &candidate && turn_.is_current();
+}
+
+// Precondition: bound_mutex_ is held.
+void BoundNode::give_node_to_first() {
+  ros::CallbackQueueInterface& queue = candidates_.front()->original_;
+  if (std::exchange(queue_of_turn_, &queue) != &queue) turn_.set(make_turn(queue));
+}
+
+void BoundNode::put(Candidate& from, const ros::CallbackInterfacePtr& callback, std::uint64_t id) {
+  {
+    const std::lock_guard lock(bound_mutex_);
+    if (from.is_given_up_) return from.original_.addCallback(callback, id);
+    from.timer_runs_ = true;
+    join(from);
+    if (has_node(from) && bound_) return inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
+    from.original_.addCallback(callback, id);
+    if (candidates_.front() == &from || std::exchange(from.is_told_of_, true)) return;
+  }
+  tell_of_waiting(from);
+}
+
+void BoundNode::remove(Candidate& from, std::uint64_t id) {
+  {
+    const std::lock_guard lock(bound_mutex_);
+    from.timer_runs_ = false;
+  }
+  inbox_.remove(id, under_way_of(binding_));
+  from.original_.removeByID(id);
+  const std::lock_guard lock(bound_mutex_);
+  leave(from);
+}
+
+// What was to be called is let go without the mutex.
+void BoundNode::give_up(const ros::CallbackQueueInterface* queue) {
+  std::deque<Inbox::Entry> dropped;
+  {
+    const std::lock_guard lock(bound_mutex_);
+    std::vector<Candidate*> gone;
+    std::copy_if(candidates_.begin(), candidates_.end(), std::back_inserter(gone),
+                 [&](const Candidate* one) { return &one->original_ == queue; });
+    if (gone.empty()) return;
+    if (gone.front() == candidates_.front()) dropped = inbox_.take_all();
+    for (Candidate* const one : gone) {
+      one->is_given_up_ = true;
+      leave(*one);
+    }
+  }
+  inbox_.wait_for_call();
+}
+
+// Of one that is called while it waits, and does not just wait for the one before to go.
+void BoundNode::tell_of_waiting(const Candidate& candidate) const {
+  const std::string nodelet = binding_.nodelet.empty() ? nodelet_of(candidate.original_) : std::string();
+  const std::string hint = nodelet.empty() ? "" : " (it is of nodelet " + nodelet + ": a binding may name one)";
+  ROS_WARN(
+      "catan: there is another callback of %s; the first one is node %s as long as it is there, the other is not "
+      "scheduled%s",
+      describe(binding_).c_str(), binding_.node.c_str(), hint.c_str());
 }
 
 bool BoundNode::call_directly() {
   std::shared_ptr<std::function<bool()>> call;
   {
     const std::lock_guard lock(bound_mutex_);
-    call = direct_call_;
+    if (candidates_.empty()) return false;
+    const Candidate& first = *candidates_.front();
+    if (has_node(first) && first.timer_runs_) call = first.direct_call_;
   }
   return call != nullptr && (*call)();
 }
 
 // The thread ends with the process at the latest: a callback under way may not return before.
 void BoundNode::start() {
-  if (std::exchange(started_, true)) return;
+  if (started_.exchange(true)) return;
   {
     const NoSignals no_signals;
     std::thread([this] { run(); }).detach();
@@ -180,23 +312,6 @@ void BoundNode::start() {
 }
 
 void BoundNode::stop() { inbox_.stop(); }
-
-void BoundNode::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) {
-  const std::lock_guard lock(bound_mutex_);
-  timer_runs_.store(true);
-  if (!bound_) {
-    original_.load()->addCallback(callback, id);
-    return;
-  }
-  inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
-}
-
-void BoundNode::removeByID(std::uint64_t id) {
-  timer_runs_.store(false);
-  inbox_.remove(id);
-  original_.load()->removeByID(id);
-  taken_.store(false);
-}
 
 void BoundNode::note_begun() {
   if (!has_begun_) {
@@ -275,9 +390,10 @@ void BoundNode::bind(bool bound) {
   bound_ = bound;
   settled_ = true;
   settled_changed_.notify_all();
-  if (bound) return;
+  // Without a candidate there is nothing: what was removed is not there.
+  if (bound || candidates_.empty()) return;
   for (Inbox::Entry& entry : inbox_.take_all()) {
-    original_.load()->addCallback(boost::make_shared<HandedOn>(std::move(entry.call)), entry.id);
+    candidates_.front()->original_.addCallback(boost::make_shared<HandedOn>(std::move(entry.call)), entry.id);
   }
 }
 

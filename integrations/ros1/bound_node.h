@@ -1,10 +1,14 @@
 // A node of the app that is a callback of a ROS program: the callback queue that roscpp is given in place of the
 // program's, and the thread in which the node's runs take place.
 //
+// Several callbacks may be candidates: the one that came first has the node until it is removed, then the next one.
+// Those that wait are called from the program's own queue. So `subscriber = handle.subscribe(...)` stays the node,
+// though the new subscription comes before the old one goes.
+//
 // As long as no server schedules the node (none is there, or it refuses), callbacks go on to the program's own queue
 // and are called as without Catan.
 //
-// Thread safety: addCallback and removeByID from any thread, as roscpp calls them; what configures it before start().
+// Thread safety: a candidate's calls from any thread, as roscpp makes them.
 #pragma once
 
 #include <ros/callback_queue_interface.h>
@@ -16,6 +20,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "common/binding.h"
 #include "common/bound_callback.h"
@@ -27,32 +32,30 @@
 
 namespace catan_ros {
 
-class BoundNode final : public ros::CallbackQueueInterface {
+// What the callback is: "a subscription of /scan".
+std::string describe(const Binding& binding);
+
+class BoundNode final {
  public:
-  // `original` is the program's queue, which outlives the callbacks; one of them has the node.
+  class Candidate;
+
   // `message_runs` is null where there is no such file; `kept` are the program's messages. `connection` outlives it.
-  BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs, const KeptMessages& kept,
-            ServerConnection& connection);
+  BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessages& kept, ServerConnection& connection);
 
   const Binding& binding() const { return binding_; }
 
-  // A callback that the program wants to be called from that queue takes the node; removeByID() gives it back. False:
-  // another one has it.
-  bool take(ros::CallbackQueueInterface& queue);
+  // A callback that the program wants to be called from that queue, which outlives it. It is to live as long as roscpp
+  // may use the queue that it is, and this node outlives it.
+  std::shared_ptr<Candidate> add_candidate(ros::CallbackQueueInterface& original);
 
-  // A timer's callback, which a trigger may call before the timer is due. False: not at this moment.
-  void set_direct_call(std::function<bool()> call);
-  // Of a timer: whether it runs, so that a trigger may call it.
-  bool timer_runs() const { return timer_runs_.load(); }
-  void set_timer_runs(bool runs) { timer_runs_.store(runs); }
+  // The program gives that queue up: what was to be called from it is no candidate any more, and a call of it that is
+  // under way is waited for.
+  void give_up(const ros::CallbackQueueInterface* queue);
 
   // Begins to register the node, and waits a moment for it, so that no call comes before. Then callbacks may come.
   void start();
   // Its runs end; what comes from now on goes to the program's queue.
   void stop();
-
-  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) override;
-  void removeByID(std::uint64_t id) override;
 
   // The one whose run the calling thread is in; null: none.
   static BoundNode* current();
@@ -66,19 +69,28 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
  private:
   class NotingRuns;
-  // Of the queue that is the program's at the time.
+  // Of the queue that is the program's at the time when a run begins.
   class CurrentTurn final : public Turn {
    public:
     void set(std::unique_ptr<Turn> turn);
+    // Whether no run waits for, or has, another queue's turn.
+    bool is_current() const;
     bool take(const std::atomic<bool>& stop) override;
-    void give_back() override { held_->give_back(); }
+    void give_back() override;
 
    private:
-    PriorityMutex mutex_;
+    mutable PriorityMutex mutex_;
     std::shared_ptr<Turn> next_;
-    std::shared_ptr<Turn> held_;  // by the node's thread
+    std::shared_ptr<Turn> held_;  // that of the run; null: none is under way
   };
 
+  void put(Candidate& from, const ros::CallbackInterfacePtr& callback, std::uint64_t id);
+  void remove(Candidate& from, std::uint64_t id);
+  void join(Candidate& candidate);
+  void leave(const Candidate& candidate);
+  bool has_node(const Candidate& candidate) const;
+  void give_node_to_first();
+  void tell_of_waiting(const Candidate& candidate) const;
   bool call_directly();
   void run();
   void note_begun();
@@ -89,7 +101,6 @@ class BoundNode final : public ros::CallbackQueueInterface {
   void bind(bool bound);
 
   const Binding binding_;
-  std::atomic<ros::CallbackQueueInterface*> original_;  // changed under bound_mutex_
   MessageRuns* message_runs_;
   const KeptMessages& kept_;
   ServerConnection& connection_;
@@ -98,18 +109,46 @@ class BoundNode final : public ros::CallbackQueueInterface {
   Inbox inbox_;
   BoundCallback callback_;
   PriorityMutex bound_mutex_;
+  std::vector<Candidate*> candidates_;                    // in the order in which they came, under bound_mutex_
+  ros::CallbackQueueInterface* queue_of_turn_ = nullptr;  // under bound_mutex_
   bool bound_ = false;
   PriorityCondition settled_changed_;
   bool settled_ = false;  // it is bound, or will not be
-  std::atomic<bool> timer_runs_{true};
-  std::atomic<bool> taken_{true};
-  std::shared_ptr<std::function<bool()>> direct_call_;  // under bound_mutex_
-  bool started_ = false;
+  std::atomic<bool> started_{false};
   // Of the node's thread.
   bool has_begun_ = false;
   bool has_message_ = false;
   bool told_of_none_ = false;
   std::chrono::steady_clock::time_point first_run_;
+};
+
+// The queue that roscpp is given for one callback.
+class BoundNode::Candidate final : public ros::CallbackQueueInterface {
+ public:
+  Candidate(BoundNode& node, ros::CallbackQueueInterface& original);
+  ~Candidate() override;
+  Candidate(const Candidate&) = delete;
+  Candidate& operator=(const Candidate&) = delete;
+
+  BoundNode& node() { return node_; }
+
+  // A timer's callback, which a trigger may call before the timer is due, and whether the timer runs. False: not at
+  // this moment.
+  void set_direct_call(std::function<bool()> call, bool timer_runs);
+
+  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) override;
+  void removeByID(std::uint64_t id) override;
+
+ private:
+  friend class BoundNode;
+
+  BoundNode& node_;
+  ros::CallbackQueueInterface& original_;
+  // Under the node's bound_mutex_.
+  std::shared_ptr<std::function<bool()>> direct_call_;
+  bool timer_runs_ = true;
+  bool is_told_of_ = false;
+  bool is_given_up_ = false;
 };
 
 }  // namespace catan_ros

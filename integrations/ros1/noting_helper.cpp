@@ -31,26 +31,26 @@ PublishedKeys keys_of(const std::string& topic, const ros::SerializedMessage& me
 
 ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) {
   // roscpp makes a message once for all subscriptions of a program: what one lets go of, another may be waiting for.
-  if (BoundCallback::discarding() && topic_.subscriptions() == 1) return {};
-  ros::VoidConstPtr message = inner_->deserialize(params);
+  if (BoundCallback::discarding() && topic().subscriptions() == 1) return {};
+  ros::VoidConstPtr message = CountedHelper::deserialize(params);
   const auto bytes = bytes_of(params.buffer, params.length);
-  const std::size_t left_out = inner_->hasHeader() ? std::min(kSequence, bytes.size()) : 0;
-  topic_.note_made(message.get(), MessageRuns::key_of(topic_.name(), bytes.subspan(left_out)));
+  const std::size_t left_out = hasHeader() ? std::min(kSequence, bytes.size()) : 0;
+  topic().note_made(message.get(), MessageRuns::key_of(topic().name(), bytes.subspan(left_out)));
   return message;
 }
 
 void NotingHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
   if (BoundCallback::discarding()) return;
   const ros::VoidConstPtr message = params.event.getConstMessage();
-  const MessageRuns::Key made = topic_.find(message.get());
-  const MessageRuns::Key key = made != 0 ? made : MessageRuns::key_of_address(topic_.name(), message.get());
-  topic_.keep(key);
+  const MessageRuns::Key made = topic().find(message.get());
+  const MessageRuns::Key key = made != 0 ? made : MessageRuns::key_of_address(topic().name(), message.get());
+  topic().keep(key);
   if (BoundNode* const node = BoundNode::current()) node->note_taken(key);
   ros::SubscriptionCallbackHelperCallParams told;
   told.event = ros::MessageEvent<void const>(with_note_of_release(message, key), params.event.getConnectionHeaderPtr(),
                                              params.event.getReceiptTime(), params.event.nonConstWillCopy(),
                                              params.event.getMessageFactory());
-  inner_->call(told);
+  CountedHelper::call(told);
 }
 
 }  // namespace catan_ros

@@ -1,5 +1,4 @@
-// The callback of a subscription in a program that has bound ones: it notes which run of which node each of its
-// messages is of (message_runs.h), and that the program has got it (kept_messages.h). In all else it is the program's
+// The callbacks of subscriptions in a program that has bound ones: in all but what is said here they are the program's
 // own.
 //
 // Thread safety: as roscpp calls it; call() by the node's thread.
@@ -16,31 +15,9 @@
 
 namespace catan_ros {
 
-class NotingHelper final : public ros::SubscriptionCallbackHelper {
- public:
-  // `topic` outlives it.
-  NotingHelper(ros::SubscriptionCallbackHelperPtr inner, KeptMessages::Topic& topic)
-      : inner_(std::move(inner)), topic_(topic) {
-    topic_.add_subscriptions(1);
-  }
-  ~NotingHelper() override { topic_.add_subscriptions(-1); }
-  NotingHelper(const NotingHelper&) = delete;
-  NotingHelper& operator=(const NotingHelper&) = delete;
-
-  ros::VoidConstPtr deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) override;
-  void call(ros::SubscriptionCallbackHelperCallParams& params) override;
-  const std::type_info& getTypeInfo() override { return inner_->getTypeInfo(); }
-  bool isConst() override { return inner_->isConst(); }
-  bool hasHeader() override { return inner_->hasHeader(); }
-
- private:
-  ros::SubscriptionCallbackHelperPtr inner_;
-  KeptMessages::Topic& topic_;
-};
-
-// The callback of a subscription that notes nothing, in a program that has bound ones: it is counted, since a message
-// of which a bound one lets go may be another's.
-class CountedHelper final : public ros::SubscriptionCallbackHelper {
+// The callback of a subscription that notes nothing: it is counted, since a message of which a bound one lets go may be
+// another's.
+class CountedHelper : public ros::SubscriptionCallbackHelper {
  public:
   // `topic` outlives it.
   CountedHelper(ros::SubscriptionCallbackHelperPtr inner, KeptMessages::Topic& topic)
@@ -59,9 +36,22 @@ class CountedHelper final : public ros::SubscriptionCallbackHelper {
   bool isConst() override { return inner_->isConst(); }
   bool hasHeader() override { return inner_->hasHeader(); }
 
+ protected:
+  KeptMessages::Topic& topic() { return topic_; }
+
  private:
   ros::SubscriptionCallbackHelperPtr inner_;
   KeptMessages::Topic& topic_;
+};
+
+// One that notes which run of which node each of its messages is of (message_runs.h), and that the program has got it
+// (kept_messages.h).
+class NotingHelper final : public CountedHelper {
+ public:
+  using CountedHelper::CountedHelper;
+
+  ros::VoidConstPtr deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) override;
+  void call(ros::SubscriptionCallbackHelperCallParams& params) override;
 };
 
 // The keys of a message that is published: with the sequence number of its header, if it has one, which only roscpp

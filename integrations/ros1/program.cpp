@@ -16,19 +16,6 @@ namespace {
 // After which a callback that a binding names should be there.
 constexpr std::chrono::seconds kAllShouldBeThere{10};
 
-std::string describe(const Binding& binding) {
-  switch (binding.kind) {
-    case Binding::Kind::kTopic:
-      return "a subscription of " + binding.name;
-    case Binding::Kind::kService:
-      return "a service " + binding.name;
-    case Binding::Kind::kTimer:
-    case Binding::Kind::kLoop:
-      break;
-  }
-  return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
-}
-
 // Whose callback it is.
 std::string owner_of(const Binding& binding) {
   return binding.nodelet.empty() ? binding.ros_node : "nodelet " + binding.nodelet + " of " + binding.ros_node;
@@ -84,35 +71,38 @@ void Program::note_subscription(const std::string& topic, const ros::CallbackQue
   }
 }
 
+// A callback that is waited for may ask for another one.
+void Program::give_up(const ros::CallbackQueueInterface* queue) {
+  std::vector<BoundNode*> nodes;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& node : nodes_) nodes.push_back(node.get());
+  }
+  for (BoundNode* const node : nodes) node->give_up(queue);
+}
+
 bool Program::is_bound() {
   const std::lock_guard lock(mutex_);
   return !bindings().empty();
 }
 
-BoundNode* Program::find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue) {
+Program::CandidatePtr Program::find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
   return bindings().empty() ? nullptr : find(find_named(bindings(), kind, name, nodelet_of(queue)), queue);
 }
 
-BoundNode* Program::find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue) {
+Program::CandidatePtr Program::find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
   return bindings().empty() ? nullptr : find(catan_ros::find_timer(bindings(), period, nodelet_of(queue)), queue);
 }
 
-BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& queue) {
+Program::CandidatePtr Program::find(const Binding* binding, ros::CallbackQueueInterface& queue) {
   if (binding == nullptr || stopped_.load()) return nullptr;
   const auto known =
       std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == *binding; });
-  if (known == nodes_.end()) {
-    nodes_.push_back(std::make_unique<BoundNode>(*binding, queue, message_runs_.get(), kept_, connection_));
-    return nodes_.back().get();
-  }
-  if ((*known)->take(queue)) return known->get();
-  const std::string nodelet = binding->nodelet.empty() ? nodelet_of(queue) : std::string();
-  warn("there is another callback of " + describe(*binding) + "; the first one is node " + binding->node +
-       ", the other is not scheduled" +
-       (nodelet.empty() ? "" : " (it is of nodelet " + nodelet + ": a binding may name one)"));
-  return nullptr;
+  if (known != nodes_.end()) return (*known)->add_candidate(queue);
+  nodes_.push_back(std::make_unique<BoundNode>(*binding, message_runs_.get(), kept_, connection_));
+  return nodes_.back()->add_candidate(queue);
 }
 
 void Program::tell_missing() {

@@ -29,17 +29,20 @@ class Program {
   // so, and it goes on without.
   Program(std::vector<Binding> bindings, std::string messages_file);
 
-  // The node of a callback of this program, which is to be called from that queue; null: no binding names it. Of
-  // several of the same name the first is the node, as long as it is there; the others stay as they are. Where the
-  // binding names a nodelet, those are none of these.
-  BoundNode* find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue);
-  BoundNode* find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue);
+  using CandidatePtr = std::shared_ptr<BoundNode::Candidate>;
+
+  // A callback of this program, which is to be called from that queue, as the node that it may be; null: no binding
+  // names it. Where the binding names a nodelet, those of others are not meant.
+  CandidatePtr find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue);
+  CandidatePtr find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue);
 
   // Whether runs of this program's nodes have predecessors, so that it matters which messages it gets.
   bool notes_messages();
   // It subscribes that topic, with that queue: those that send on it are told that its nodes may take it, of a nodelet
   // those that are the same nodelet's.
   void note_subscription(const std::string& topic, const ros::CallbackQueueInterface& queue);
+  // It gives that queue up, and goes on when no node is in a callback of it.
+  void give_up(const ros::CallbackQueueInterface* queue);
   // Some callback of this program is to be a node.
   bool is_bound();
   KeptMessages& kept() { return kept_; }
@@ -53,7 +56,7 @@ class Program {
 
  private:
   const std::vector<Binding>& bindings();
-  BoundNode* find(const Binding* binding, ros::CallbackQueueInterface& queue);
+  CandidatePtr find(const Binding* binding, ros::CallbackQueueInterface& queue);
   void tell_missing();
 
   const std::vector<Binding> all_bindings_;

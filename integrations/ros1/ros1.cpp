@@ -42,23 +42,34 @@ std::uint32_t room_for(const Binding& binding, std::uint32_t asked_for) {
   return asked_for == 0 ? 0 : std::max(asked_for, binding.takes_all ? kAll : kNewest);
 }
 
+// The same callback, for which roscpp keeps the queue that it is called from for as long as it has the callback.
+template <class Helper>
+boost::shared_ptr<Helper> keeping(boost::shared_ptr<Helper> helper, Program::CandidatePtr queue) {
+  Helper* const same = helper.get();
+  return {same, [helper = std::move(helper), queue = std::move(queue)](Helper*) mutable {
+            helper.reset();
+            queue.reset();
+          }};
+}
+
 // The options are the program's, which may use them again.
 ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& options, Subscribe next) {
   ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
   const std::string topic = handle.resolveName(options.topic);
   if (!g_program->is_bound()) return (handle.*next)(options);
-  BoundNode* const node = g_program->find(Binding::Kind::kTopic, topic, queue);
+  const Program::CandidatePtr own_queue = g_program->find(Binding::Kind::kTopic, topic, queue);
   ros::SubscribeOptions own = options;
-  if (node == nullptr && !g_program->notes_messages()) {
+  if (own_queue == nullptr && !g_program->notes_messages()) {
     own.helper = boost::make_shared<CountedHelper>(options.helper, g_program->kept().topic(topic));
   } else {
     g_program->note_subscription(topic, queue);
     own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
   }
-  if (node != nullptr) {
-    own.callback_queue = node;
-    own.queue_size = room_for(node->binding(), options.queue_size);
-    node->start();
+  if (own_queue != nullptr) {
+    own.callback_queue = own_queue.get();
+    own.helper = keeping(std::move(own.helper), own_queue);
+    own.queue_size = room_for(own_queue->node().binding(), options.queue_size);
+    own_queue->node().start();
   }
   ros::Subscriber subscriber = (handle.*next)(own);
   options.topic = own.topic;
@@ -69,11 +80,13 @@ ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& option
 ros::ServiceServer advertise_service(ros::NodeHandle& handle, ros::AdvertiseServiceOptions& options,
                                      AdvertiseService next) {
   ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
-  BoundNode* const node = g_program->find(Binding::Kind::kService, handle.resolveName(options.service), queue);
-  if (node == nullptr) return (handle.*next)(options);
+  const Program::CandidatePtr own_queue =
+      g_program->find(Binding::Kind::kService, handle.resolveName(options.service), queue);
+  if (own_queue == nullptr) return (handle.*next)(options);
   ros::AdvertiseServiceOptions own = options;
-  own.callback_queue = node;
-  node->start();
+  own.callback_queue = own_queue.get();
+  own.helper = keeping(options.helper, own_queue);
+  own_queue->node().start();
   ros::ServiceServer server = (handle.*next)(own);
   options.service = own.service;
   options.callback_queue = &queue;
@@ -125,14 +138,11 @@ class DirectCall {
  public:
   using Function = TimedFunction<Event, decltype(Options::callback)>;
 
-  DirectCall(const Options& options, std::shared_ptr<Function> function, const BoundNode& node)
-      : function_(std::move(function)),
-        tracked_(options.tracked_object),
-        is_tracked_(options.tracked_object),
-        node_(node) {}
+  DirectCall(const Options& options, std::shared_ptr<Function> function)
+      : function_(std::move(function)), tracked_(options.tracked_object), is_tracked_(options.tracked_object) {}
 
   bool operator()() {
-    if (!node_.timer_runs() || !may_be_called_before_due(static_cast<const Event*>(nullptr))) return false;
+    if (!may_be_called_before_due(static_cast<const Event*>(nullptr))) return false;
     const ros::VoidConstPtr object = tracked_.lock();
     if (is_tracked_ && !object) return false;
     function_->call_now();
@@ -143,26 +153,23 @@ class DirectCall {
   std::shared_ptr<Function> function_;
   ros::VoidConstWPtr tracked_;
   bool is_tracked_;
-  const BoundNode& node_;
 };
 
 template <class Timer, class Event, class Options, class Next>
 Timer create(const ros::NodeHandle& handle, Options& options, Next next) {
   ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
   // What is called once has no period.
-  BoundNode* const node =
+  const Program::CandidatePtr own_queue =
       options.oneshot ? nullptr : g_program->find_timer(std::chrono::nanoseconds{options.period.toNSec()}, queue);
-  if (node == nullptr) return (handle.*next)(options);
+  if (own_queue == nullptr) return (handle.*next)(options);
   Options own = options;
-  own.callback_queue = node;
-  if (!node->binding().runs_by_itself) {
-    using Direct = DirectCall<Options, Event>;
-    auto function = std::make_shared<typename Direct::Function>(options.callback);
-    own.callback = [function](const Event& event) { function->call(event); };
-    node->set_timer_runs(options.autostart);
-    node->set_direct_call(Direct(options, std::move(function), *node));
-  }
-  node->start();
+  own.callback_queue = own_queue.get();
+  using Direct = DirectCall<Options, Event>;
+  auto function = std::make_shared<typename Direct::Function>(options.callback);
+  // As long as roscpp has the function it may use the queue.
+  own.callback = [function, own_queue](const Event& event) { function->call(event); };
+  own_queue->set_direct_call(Direct(options, std::move(function)), options.autostart);
+  own_queue->node().start();
   Timer timer = (handle.*next)(own);
   options.callback_queue = &queue;
   return timer;
@@ -231,6 +238,12 @@ void add_queue_of_bound(const ros::CallbackQueueInterface* queue, bool one_at_a_
   if (g_program->is_bound()) add_nodelet_queue(queue, one_at_a_time);
 }
 
+// Its nodelet is unloaded then, whose timers are stopped without waiting for their callbacks.
+void remove_queue_of_bound(const ros::CallbackQueueInterface* queue) {
+  g_program->give_up(queue);
+  remove_nodelet_queue(queue);
+}
+
 void set_nodelet_of_bound(const ros::CallbackQueueInterface* queue, const std::string& name) {
   if (g_program->is_bound()) set_nodelet(queue, name);
 }
@@ -266,7 +279,7 @@ extern "C" const catan_ros::Hooks* catan_ros1_hooks() {
                             &catan_ros::begin,
                             &catan_ros::end,
                             add_queue_of_bound,
-                            remove_nodelet_queue,
+                            remove_queue_of_bound,
                             set_nodelet_of_bound,
                             call_nodelet,
                             called_nodelet};

@@ -94,6 +94,17 @@ TEST_F(LineageTest, ANodeletThatIsLoadedAgainIsTheNodeAgain) {
   EXPECT_GE(part_found(messages, taken("detect", "camera")), 0.9) << "all that it made were runs of the node";
 }
 
+// Its destructor stops the timer, which waits for no call, and takes from the timer's callback what that uses.
+TEST_F(LineageTest, ANodeletIsNotUnloadedInACallbackOfItsTimer) {
+  write_app_of_a_manager();
+  write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log --reload-at-work\n");
+  const int run = start_under_catan("--scheduler default --seconds 4 -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_GT(counted("nodelets", "reloaded"), 4);
+  EXPECT_EQ(counted("nodelets", "gone_inside"), 0);
+  EXPECT_EQ(counted("nodelets", "overlaps"), 0);
+}
+
 // Both subscribe to /images and have a timer of 5 ms, in one manager.
 TEST_F(LineageTest, NodeletsOfOneManagerAreBoundApart) {
   write_app_of_a_manager(", watch: { fallback_rate: 50Hz }", ", camera -> watch",

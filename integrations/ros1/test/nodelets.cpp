@@ -1,11 +1,12 @@
 // A nodelet manager that knows nothing of Catan, with a pipeline of nodelets, for the tests: a camera, whose timer
 // makes messages that are shared and not copied, a detector and a follower.
 //
-//   nodelets --counts FILE --log FILE [--watcher | --reload]
+//   nodelets --counts FILE --log FILE [--watcher | --reload | --reload-at-work]
 //
 // With --watcher another one, quicker than the detector, takes its topic and has a timer of its period. It is loaded
 // first, so whatever is said of the first callback of that name is said of its. With --reload the detector is unloaded
-// four times a second, now and then in the middle of its work, and loaded again, with its queues elsewhere.
+// four times a second, now and then in the middle of its work, and loaded again, with its queues elsewhere; with
+// --reload-at-work its timer's callback is at work most of the time.
 //
 // What was counted is written to FILE, as JSON, ten times a second: calls of the follower and of the watcher, callbacks
 // of one nodelet that overlapped, messages that were copied on their way, how often the detector was loaded again, and
@@ -30,6 +31,7 @@ namespace {
 
 std::string g_counts_file;
 std::string g_log;
+double g_timer_work = 0.5;  // the detector's, in ms
 std::atomic<long> g_calls{0};
 std::atomic<long> g_watched{0};
 std::atomic<long> g_reloaded{0};
@@ -97,7 +99,7 @@ class Detector : public nodelet::Nodelet {
     });
     timer_ = getNodeHandle().createTimer(ros::Duration(0.005), [this](const ros::TimerEvent&) {
       if (++inside_ > 1) ++g_overlaps;
-      burn(0.5);
+      burn(g_timer_work);
       --inside_;
     });
   }
@@ -157,6 +159,8 @@ int main(int count, char** arguments) {
   g_log = arguments[4];
   nodelet::Loader loader(boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)>{make});
   const std::string option = count == 6 ? arguments[5] : "";
+  const bool reloads = option.rfind("--reload", 0) == 0;
+  if (option == "--reload-at-work") g_timer_work = 6.0;
   if (option == "--watcher" && !loader.load("/watcher", "watcher", {}, {})) return 1;
   for (const char* const name : {"camera", "detector", "follower"}) {
     if (!loader.load(std::string("/") + name, name, {}, {})) return 1;
@@ -164,8 +168,7 @@ int main(int count, char** arguments) {
   ros::NodeHandle handle;
   const ros::SteadyTimer writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts_of_all);
   ros::SteadyTimer again = handle.createSteadyTimer(
-      ros::WallDuration(0.25), [&loader](const ros::SteadyTimerEvent&) { load_again(loader); }, false,
-      option == "--reload");
+      ros::WallDuration(0.25), [&loader](const ros::SteadyTimerEvent&) { load_again(loader); }, false, reloads);
   ros::spin();
   return 0;
 }

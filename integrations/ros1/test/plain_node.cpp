@@ -2,14 +2,17 @@
 //
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
-//              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time]
+//              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
+//              [--stop-inside]
 //
 // A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
 // counted by another callback. What was counted is written to the file of --counts, as JSON, ten times a second; each
 // message of --in to that of --log, one a line. --queue is that of --in; --loop-hz how often --spin-once spins. With
 // --wait-first it waits for a message before it subscribes, with --once-first it has a timer that is due once before
-// the other, of the same period.
+// the other, of the same period. --restarts: so often it starts four spinner threads, and stops them, before it spins.
+// With --subscribe-again it assigns another subscription of --in to the first. With --stop-inside the callback of the
+// timer or the service waits for a lock, and who has got that stops the timer or the service meanwhile.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <roscpp/Empty.h>
@@ -21,6 +24,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -33,11 +37,12 @@ struct Asked {
   std::string in, out, beside, service, ask, counts, log;
   double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
-  int threads = 1, queue = 10;
+  bool subscribe_again = false, stop_inside = false;
+  int threads = 1, queue = 10, restarts = 0;
 };
 
 struct Counts {
-  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0};
+  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0}, stopped{0};
   // Of the timer's calls but the first: the time since the one before, as it is told; and from first to last.
   std::atomic<long> told_ms{0}, passed_ms{0};
 };
@@ -45,6 +50,8 @@ struct Counts {
 Asked g_asked;
 Counts g_counts;
 std::atomic<int> g_inside{0};
+std::atomic<bool> g_is_called{false};
+std::mutex g_mutex;  // of --stop-inside
 ros::Publisher g_out;
 
 class Inside {
@@ -57,6 +64,8 @@ class Inside {
 
 void work(long value) {
   const Inside inside;
+  g_is_called = true;
+  if (g_asked.stop_inside) const std::lock_guard lock(g_mutex);
   burn(g_asked.burn_ms);
   std_msgs::Int64 message;
   message.data = value;
@@ -103,7 +112,8 @@ void write_counts() {
     file << "{\"calls\": " << g_counts.calls << ", \"beside\": " << g_counts.beside
          << ", \"overlaps\": " << g_counts.overlaps << ", \"newest\": " << g_counts.newest
          << ", \"backward\": " << g_counts.backward << ", \"once\": " << g_counts.once
-         << ", \"told_ms\": " << g_counts.told_ms << ", \"passed_ms\": " << g_counts.passed_ms << "}";
+         << ", \"stopped\": " << g_counts.stopped << ", \"told_ms\": " << g_counts.told_ms
+         << ", \"passed_ms\": " << g_counts.passed_ms << "}";
   }
   std::rename(written.c_str(), g_asked.counts.c_str());
 }
@@ -113,6 +123,8 @@ bool* flag_of(const std::string& option) {
   if (option == "--wrapped-queue") return &g_asked.wrapped_queue;
   if (option == "--wait-first") return &g_asked.wait_first;
   if (option == "--once-first") return &g_asked.once_first;
+  if (option == "--subscribe-again") return &g_asked.subscribe_again;
+  if (option == "--stop-inside") return &g_asked.stop_inside;
   if (option == "--simulated-time") return &g_asked.simulated_time;
   return nullptr;
 }
@@ -148,6 +160,8 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.queue = std::stoi(value);
     } else if (option == "--loop-hz") {
       g_asked.loop_hz = std::stod(value);
+    } else if (option == "--restarts") {
+      g_asked.restarts = std::stoi(value);
     } else if (option == "--threads") {
       g_asked.threads = std::stoi(value);
     } else {
@@ -174,7 +188,24 @@ class WrappedQueue final : public ros::CallbackQueueInterface {
 
 WrappedQueue g_queue;
 
+void start_and_stop_spinners() {
+  ros::AsyncSpinner spinners(4);
+  spinners.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds{50});  // so that each has begun
+  spinners.stop();
+}
+
+// It has got what a callback waits for that is under way.
+void stop_inside(ros::Timer& timer, ros::ServiceServer& service) {
+  const std::lock_guard lock(g_mutex);
+  while (ros::ok() && !g_is_called) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  timer.stop();
+  service.shutdown();
+  ++g_counts.stopped;
+}
+
 void spin() {
+  for (int round = 0; round < g_asked.restarts; ++round) start_and_stop_spinners();
   if (g_asked.wrapped_queue) {
     ros::AsyncSpinner others(1);
     others.start();
@@ -210,7 +241,11 @@ int main(int count, char** arguments) {
   if (g_asked.wrapped_queue) handle.setCallbackQueue(&g_queue);
   if (!g_asked.out.empty()) g_out = handle.advertise<std_msgs::Int64>(g_asked.out, 10);
   ros::Subscriber in, beside;
-  if (!g_asked.in.empty()) in = handle.subscribe(g_asked.in, static_cast<std::uint32_t>(g_asked.queue), on_message);
+  const auto subscribe = [&] {
+    return handle.subscribe(g_asked.in, static_cast<std::uint32_t>(g_asked.queue), on_message);
+  };
+  if (!g_asked.in.empty()) in = subscribe();
+  if (g_asked.subscribe_again) in = subscribe();
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
   ros::ServiceServer service;
   if (!g_asked.service.empty()) service = handle.advertiseService(g_asked.service, on_request);
@@ -228,8 +263,11 @@ int main(int count, char** arguments) {
     }
   });
   const ros::SteadyTimer light = handle.createSteadyTimer(ros::WallDuration(0.1), [](const ros::SteadyTimerEvent&) {});
+  std::thread stopper;
+  if (g_asked.stop_inside) stopper = std::thread([&] { stop_inside(timer, service); });
   spin();
   ros::shutdown();
   writer.join();
+  if (stopper.joinable()) stopper.join();
   return 0;
 }

@@ -148,6 +148,18 @@ TEST_F(ProgramsTest, ASpinnerOfSeveralThreadsGoesOnBesideABoundCallback) {
   EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
 }
 
+// They are as many as a queue's spinners may be at a time, and more.
+TEST_F(ProgramsTest, SpinnersThatWereStoppedHoldUpNothing) {
+  write_app_of_work("fallback_rate: 20Hz");
+  write_binding_of_work("/worker");
+  write_launcher({"feed --timer 10 --out /data", "ticks --timer 10 --out /ticks",
+                  "worker --in /data --beside /ticks --restarts 20 --counts worker.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "calls", 20)) << text_of(path("run.err"));
+  EXPECT_TRUE(counts("worker", "beside", 100));
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
+}
+
 // Who asks waits until it is the service's turn.
 TEST_F(ProgramsTest, AServiceIsScheduled) {
   write_app_of_work("fallback_rate: 20Hz");
@@ -189,6 +201,7 @@ TEST_F(ProgramsTest, WhatABoundCallbackLetsGoOfReachesAnotherOfItsTopic) {
   EXPECT_TRUE(counts("feed", "calls", 400));
   std::this_thread::sleep_for(seconds{1});
   EXPECT_GE(counted("looper", "beside") - beside, (counted("feed", "calls") - fed) * 9 / 10);
+  EXPECT_THAT(text_of(path("run.err")), HasSubstr("there is another callback of a subscription of /data"));
   end(run, SIGTERM);
 }
 
@@ -201,6 +214,42 @@ TEST_F(ProgramsTest, ASubscriptionThatWaitedForItsFirstMessageIsScheduled) {
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
   EXPECT_GT(node(json::parse(text_of(path("run.out"))), "work")["runs"].get<long>(), 40);
   EXPECT_EQ(text_of(path("run.err")).find("another callback"), std::string::npos) << text_of(path("run.err"));
+}
+
+// The new subscription is there before the old one goes.
+TEST_F(ProgramsTest, ASubscriptionThatIsAssignedAnotherIsScheduled) {
+  write_app_of_work("fallback_rate: 5Hz");
+  write_binding_of_work("/worker");
+  write_launcher({"feed --timer 10 --out /data --counts feed.json",
+                  "worker --in /data --subscribe-again --queue 1 --counts worker.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  ASSERT_TRUE(counts("worker", "calls", 5)) << text_of(path("run.err"));
+  const long calls = counted("worker", "calls");
+  EXPECT_TRUE(counts("feed", "calls", 400));
+  EXPECT_GT(counted("worker", "calls") - calls, 5);
+  EXPECT_LT(counted("worker", "calls") - calls, 100) << "at the rate that the app file says, not at that of messages";
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
+}
+
+// roscpp does not wait for a call that is under way, which may need what the caller has got.
+TEST_F(ProgramsTest, WhoStopsATimerDoesNotWaitForItsCallback) {
+  write_app_of_work("fallback_rate: 20Hz");
+  write_binding_of_work("/worker", "bind.yaml", "timer: 20ms");
+  write_launcher({"worker --timer 20 --stop-inside --counts worker.json"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "stopped", 1)) << text_of(path("run.err"));
+  EXPECT_FALSE(counts("worker", "calls", 2, seconds{1})) << "it is stopped";
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
+}
+
+TEST_F(ProgramsTest, WhoShutsAServiceDownDoesNotWaitForItsCallback) {
+  write_app_of_work("fallback_rate: 20Hz");
+  write_binding_of_work("/server", "bind.yaml", "service: /question");
+  write_launcher(
+      {"server --service /question --stop-inside --counts server.json", "client --timer 10 --ask /question"});
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
+  EXPECT_TRUE(counts("server", "stopped", 1)) << text_of(path("run.err"));
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
 }
 
 // It waits for a trigger, whatever queue was enough for a spinner.
