@@ -1,6 +1,6 @@
 // Many runs of a program that differ in their seed alone. With a folder, the JSON document of each run is a file there,
 // `run-SEED.json`, which appears whole or not at all; runs of which there is a file are not run again, so a batch that
-// was stopped goes on.
+// was stopped goes on. Runs with and without real-time levels (`real_time`, which a run in life says) are not mixed.
 //
 // Thread safety: one thread.
 #pragma once
@@ -38,7 +38,8 @@ struct BatchSteps {
 };
 
 // Returns the signal that has ended the batch early; 0: none. `folder`: empty: documents are not kept. Errors: those of
-// the steps; a folder or a file that cannot be written (kEnvironment).
+// the steps; a folder or a file that cannot be written (kEnvironment); a run that differs from the others in
+// `real_time`, which is then not stored (kCaller).
 Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& steps);
 
 // The same for runs with `options` of an app, of which `seed`, `runs` and `out` say what is run. `run_one(options)` is

@@ -6,11 +6,28 @@
 #include "program/text_file.h"
 
 namespace ctn::program {
+namespace {
+
+std::string text_of(const Fingerprint& fingerprint) { return fmt::format("{:016x}", fingerprint.value()); }
+
+}  // namespace
 
 std::string fingerprint_of(std::string_view contents) {
   Fingerprint fingerprint;
   fingerprint.add(contents);
-  return fmt::format("{:016x}", fingerprint.value());
+  return text_of(fingerprint);
+}
+
+std::string short_fingerprint_of(std::string_view contents) { return fingerprint_of(contents).substr(0, 8); }
+
+std::string fingerprint_of_files(const std::vector<std::string>& paths) {
+  Fingerprint fingerprint;
+  for (const std::string& path : paths) {
+    const std::string text = text_of_file(path).value_or("");
+    fingerprint.add(fmt::format("{}:", text.size()));  // where one ends and the next begins
+    fingerprint.add(text);
+  }
+  return text_of(fingerprint);
 }
 
 std::map<std::string, std::string> fingerprints_of(const std::vector<std::pair<std::string, std::string>>& files) {

@@ -14,6 +14,11 @@ namespace ctn::program {
 
 // As text.
 std::string fingerprint_of(std::string_view contents);
+// Its first half, for names of files and folders.
+std::string short_fingerprint_of(std::string_view contents);
+
+// Of several files as one. Those that cannot be read count as empty ones.
+std::string fingerprint_of_files(const std::vector<std::string>& paths);
 
 // By name, of the files at these paths. Files that cannot be read are left out, as empty paths are: who opens them says
 // so.

@@ -114,12 +114,26 @@ std::string table_of_nodes(const Snapshot& snapshot, const CostRatios& ratios) {
   return text;
 }
 
-Json common_options_in(const Json& document) {
+Json in_common(const Json& options) {
+  Json common = options;
+  common.erase("seed");
+  common.erase("calibration");
+  return common;
+}
+
+void add_in_common(const Json& options, Json& document) {
+  const Json common = in_common(options);
+  Json names = Json::array();
+  for (const auto& [name, value] : common.items()) names.push_back(name);
+  if (document.contains("real_time")) names.emplace_back("real_time");
+  document["in_common"] = std::move(names);
+}
+
+std::optional<Json> common_options_in(const Json& document) {
+  if (!document.contains("in_common") || !document["in_common"].is_array()) return std::nullopt;
   Json options = Json::object();
-  for (const auto& [name, value] : document.items()) {
-    if (name == "figures") break;
-    if (name != "seed" && name != "calibration") options[name] = value;
-    if (name == "cores" || name == "cpus") break;
+  for (const Json& name : document["in_common"]) {
+    if (name.is_string() && document.contains(name)) options[name.get<std::string>()] = document[name];
   }
   return options;
 }

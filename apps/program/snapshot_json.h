@@ -60,9 +60,15 @@ nlohmann::ordered_json batch_document(const std::string& identity, const Options
   return document;
 }
 
-// What runs of one batch must have in common, of a document: its members up to the machine's (add_machine()), or up to
-// `figures`; without `seed` and `calibration`, of which each run may have its own. Precondition: it is an object.
-nlohmann::ordered_json common_options_in(const nlohmann::ordered_json& document);
+// What runs of one batch must have in common. A run's document names these of its members in `in_common`, so that
+// others than its program can tell, too.
+//
+// Of `options`, all that a run was asked for: without `seed` and `calibration`, of which each run may have its own.
+nlohmann::ordered_json in_common(const nlohmann::ordered_json& options);
+// Adds `in_common` to the document of a run with these options; of one in life, `real_time` is among the names, too.
+void add_in_common(const nlohmann::ordered_json& options, nlohmann::ordered_json& document);
+// The members that a document names so; none: it names none. Precondition: it is an object.
+std::optional<nlohmann::ordered_json> common_options_in(const nlohmann::ordered_json& document);
 
 // Whether a document is the outcome of a run: an object that has `figures`.
 bool has_figures(const nlohmann::ordered_json& document);

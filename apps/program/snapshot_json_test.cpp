@@ -35,6 +35,18 @@ TEST(SnapshotJson, NumbersByTimeAreReadAsTheyWereWritten) {
   EXPECT_EQ(json_of(ByTime{}).dump(), "[]");
 }
 
+TEST(SnapshotJson, ADocumentNamesWhatRunsHaveInCommon) {
+  const Json options{{"map", "1"}, {"seed", 7}, {"calibration", {{"LP", 1.5}}}, {"cpus", {0}}};
+  Json document = options;
+  document["real_time"] = true;
+  document["figures"] = Json::object();
+  add_in_common(options, document);
+  EXPECT_EQ(document["in_common"].dump(), R"(["map","cpus","real_time"])");
+  EXPECT_EQ(common_options_in(document).value().dump(), R"({"map":"1","cpus":[0],"real_time":true})");
+  document.erase("in_common");
+  EXPECT_EQ(common_options_in(document), std::nullopt);
+}
+
 TEST(SnapshotJson, OfNoSamplesThereIsNothingToTell) {
   EXPECT_EQ(json_of(Summary{}).dump(), R"({"mean":null,"p50":null,"p95":null,"count":0})");
 }

@@ -14,8 +14,10 @@
 #include <thread>
 
 #include "experiments/shell.h"
-#include "program/fingerprint.h"
+#include "map_file.h"
+#include "program/inputs.h"
 #include "program/text_file.h"
+#include "world/world_file.h"
 
 namespace ctn::case_studies {
 namespace {
@@ -47,16 +49,28 @@ std::vector<std::string> measuring_arguments(const Measurement& measurement, con
   return arguments;
 }
 
+// A map's file, and that of the image that it may name.
+std::vector<std::string> files_of_map(const std::string& map, const std::string& program) {
+  const std::string file = file_of_map(map, program);
+  return {file, navigation::world::image_of(file)};
+}
+
 // Its name tells apart what is measured: by the arguments, and by what the files hold that they name.
 std::filesystem::path record_of(const Study& study, const Measurement& measurement, const Plan& plan) {
-  program::Fingerprint fingerprint;
+  std::string all;
+  std::string before;
   for (const std::string& argument : measuring_arguments(measurement, plan)) {
-    fingerprint.add(argument + '\0');
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(argument, error)) continue;
-    fingerprint.add(program::text_of_file(argument).value_or("") + '\0');
+    all += argument + '\0';
+    const std::vector<std::string> files =
+        before == "--map" ? files_of_map(argument, app_of(study, plan).program) : std::vector<std::string>{argument};
+    for (const std::string& file : files) {
+      std::error_code error;
+      if (!std::filesystem::is_regular_file(file, error)) continue;
+      all += program::text_of_file(file).value_or("") + '\0';
+    }
+    before = argument;
   }
-  return folder_of(study, plan) / fmt::format("{}-{:08x}.catan", measurement.name, fingerprint.value() >> 32U);
+  return folder_of(study, plan) / (measurement.name + "-" + program::short_fingerprint_of(all) + ".catan");
 }
 
 // Precondition: the study has a measurement of that name.
@@ -87,14 +101,20 @@ struct Turn {
   int runs;
 };
 
-Job running(const Turn& turn, const Plan& plan) {
-  const Study& study = *turn.study;
-  const Batch& batch = *turn.batch;
-  const std::filesystem::path folder = folder_of(study, plan);
+// What the program is to do, without which runs of it, and as in which they cost.
+std::vector<std::string> arguments_of_batch(const Study& study, const Batch& batch, const Plan& plan) {
   std::vector<std::string> arguments = batch.arguments;
   if (!batch.costs.empty()) {
     arguments.insert(arguments.end(), {"--costs", record_of(study, batch.costs, plan).string()});
   }
+  return arguments;
+}
+
+Job running(const Turn& turn, const Plan& plan) {
+  const Study& study = *turn.study;
+  const Batch& batch = *turn.batch;
+  const std::filesystem::path folder = folder_of(study, plan);
+  std::vector<std::string> arguments = arguments_of_batch(study, batch, plan);
   if (!batch.calibration.empty()) {
     arguments.insert(arguments.end(), {"--calibration", (folder / batch.calibration).string()});
   }
@@ -242,6 +262,12 @@ Jobs make_jobs(const std::vector<Study>& studies, const Plan& plan) {
   std::ranges::stable_sort(turns, {}, &Turn::number);
   for (const Turn& turn : turns) jobs.runs.push_back(running(turn, plan));
   return jobs;
+}
+
+std::string asking_what_is_in_common(const Study& study, const Batch& batch, const Plan& plan) {
+  std::vector<std::string> arguments = arguments_of_batch(study, batch, plan);
+  arguments.emplace_back("--in-common");
+  return command_of(app_of(study, plan).program, arguments);
 }
 
 Ran run_jobs(const std::vector<Job>& jobs, int at_a_time, const std::string& log, const std::function<int()>& signal,

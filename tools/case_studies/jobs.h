@@ -53,6 +53,9 @@ struct Jobs {
 };
 Jobs make_jobs(const std::vector<Study>& studies, const Plan& plan);
 
+// The command by which the program tells what the runs of a batch have in common (parse_options()).
+std::string asking_what_is_in_common(const Study& study, const Batch& batch, const Plan& plan);
+
 struct Ran {
   int signal = 0;                   // that ended it early; 0: none
   std::vector<std::string> failed;  // names of jobs

@@ -92,6 +92,28 @@ TEST_F(JobsTest, WhatIsMeasuredOfSomethingElseIsMeasuredAnew) {
   EXPECT_THAT(measured(plan()), SizeIs(1));
 }
 
+// Maps 1 and 2 are files, too: beside the program. So is the image that a map names.
+TEST_F(JobsTest, WhatIsMeasuredOfAnotherMap1IsMeasuredAnew) {
+  Study study = sample_study();
+  Plan here = plan();
+  here.apps["navigation"].program = file("navigation");
+  const auto record_on = [&](const std::string& map) {
+    study.measurements[0].arguments = {"--map", map};
+    return make_jobs({study}, here).measurements.at(0).writes;
+  };
+  std::ofstream(folder_ / "map1.yaml") << "a wall";
+  const std::string before = record_on("1");
+  EXPECT_EQ(record_on("1"), before);
+  std::ofstream(folder_ / "map1.yaml") << "another wall";
+  EXPECT_NE(record_on("1"), before);
+
+  std::ofstream(folder_ / "mine.yaml") << "image: { file: room.pgm, metres_per_pixel: 0.5 }\n";
+  std::ofstream(folder_ / "room.pgm") << "one";
+  const std::string of_one = record_on(file("mine.yaml"));
+  std::ofstream(folder_ / "room.pgm") << "another";
+  EXPECT_NE(record_on(file("mine.yaml")), of_one);
+}
+
 TEST_F(JobsTest, EachAppHasItsProgramAndItsFolder) {
   Study study = sample_study();
   study.program = "vr";
@@ -146,6 +168,12 @@ TEST_F(JobsTest, ABatchIsCalibratedByWhatAnotherMeasuredInLife) {
   EXPECT_THAT(jobs.runs[0].command, Not(HasSubstr("--calibration")));
   EXPECT_EQ(jobs.runs[1].stage, Stage::kCalibrated);
   EXPECT_THAT(jobs.runs[1].command, HasSubstr("'--calibration' '" + file("sample/catan") + "'"));
+}
+
+TEST_F(JobsTest, AProgramIsAskedWhatRunsHaveInCommon) {
+  const Study study = sample_study();
+  EXPECT_EQ(asking_what_is_in_common(study, study.batches[0], plan()), "'/bin/navigation' '--virtual' '--in-common'");
+  EXPECT_THAT(asking_what_is_in_common(study, study.batches[1], plan()), HasSubstr("'--costs' '" + file("sample")));
 }
 
 TEST_F(JobsTest, ASignalEndsWhatRunsAndBeginsNothing) {

@@ -19,11 +19,12 @@
 #include "experiments/host.h"
 #include "experiments/shell.h"
 #include "jobs.h"
+#include "map_file.h"
 #include "map_picture.h"
 #include "page.h"
 #include "page/page.h"
 #include "program/command_line.h"
-#include "program/fingerprint.h"
+#include "program/inputs.h"
 #include "program/terminal.h"
 #include "program/text_file.h"
 #include "studies.h"
@@ -63,10 +64,18 @@ const std::string& program_of(const Options& options, const std::string& app) {
 // otherwise. Empty: it cannot be read.
 std::string folder_of_build(const std::string& program) {
   const std::string text = program::text_of_file(program).value_or("");
-  if (text.empty()) return {};
-  program::Fingerprint fingerprint;
-  fingerprint.add(text);
-  return fmt::format("runs-{:08x}", fingerprint.value() >> 32U);
+  return text.empty() ? std::string() : "runs-" + program::short_fingerprint_of(text);
+}
+
+std::string log_of(const Options& options) { return (std::filesystem::path(options.out) / "programs.log").string(); }
+
+// On its standard output; empty: it failed.
+std::string printed_by(const std::string& command) {
+  std::FILE* pipe = popen(command.c_str(), "re");
+  if (pipe == nullptr) return {};
+  std::string printed;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) printed += static_cast<char>(c);
+  return pclose(pipe) == 0 ? printed : std::string();
 }
 
 Status make_folder(const std::filesystem::path& folder) {
@@ -118,19 +127,10 @@ std::string why_no_headset(const Options& options) {
   return "It cannot be run here: " + (said.empty() ? options.vr + " fails, and says nothing." : said);
 }
 
-// Beside the app's program, or where it was installed to.
-std::string file_of(const std::string& map, const std::string& program) {
-  if (map != "1" && map != "2") return map;
-  const std::string name = "map" + map + ".yaml";
-  const std::filesystem::path beside = std::filesystem::path(program).parent_path() / name;
-  std::error_code error;
-  return std::filesystem::exists(beside, error) ? beside.string() : program::file_of_the_app(name);
-}
-
 Result<std::vector<Map>> maps_of(const Options& options) {
   std::vector<Map> maps;
   for (const std::string& map : {options.setting.map1, options.setting.map2}) {
-    const auto world = navigation::world::read_world(file_of(map, options.navigation));
+    const auto world = navigation::world::read_world(file_of_map(map, options.navigation));
     if (!world) return world.error();
     maps.push_back({fmt::format("{}: {}. Blue: the robot{}{}.", map.size() == 1 ? "Map " + map : map, world->name,
                                 world->goal ? "; green: its goal" : ", which explores",
@@ -155,6 +155,14 @@ Result<std::vector<Study>> chosen(const Options& options) {
   return studies;
 }
 
+// Those of the runs that are there which are what the batch asks for. `log`: where the program's messages go.
+Alike taken_of(std::vector<StoredRun> runs, const std::string& asking, const std::string& log) {
+  if (runs.empty()) return {};
+  const auto asked = parse_options(printed_by(asking + " 2>>" + experiments::quoted(log)));
+  if (asked) return alike(std::move(runs), *asked);
+  return {{}, "no run is taken: the program does not say what they have in common; see the end of " + log};
+}
+
 Result<Results> gather(const Options& options, std::vector<Study> studies, const std::map<std::string, App>& apps) {
   Results results{.host = {},
                   .quick = options.setting.quick,
@@ -170,7 +178,8 @@ Result<Results> gather(const Options& options, std::vector<Study> studies, const
       for (const Batch& batch : study.batches) {
         auto read = read_runs(folder / batch.name, options.seed, batch.runs);
         if (!read) return read.error();
-        Alike taken = alike(std::move(read).value(), batch.arguments);
+        Alike taken = taken_of(std::move(read).value(), asking_what_is_in_common(study, batch, {apps, options.seed}),
+                               log_of(options));
         runs[batch.name] = std::move(taken.runs);
         if (taken.left_out.empty()) continue;
         results.left_out.push_back(fmt::format("{}: {}", (folder / batch.name).string(), taken.left_out));
@@ -184,7 +193,7 @@ Result<Results> gather(const Options& options, std::vector<Study> studies, const
 // Measurements first, since the others need them.
 Ran run_all(const std::vector<Study>& studies, const Options& options, const std::map<std::string, App>& apps) {
   const Jobs jobs = make_jobs(studies, {apps, options.seed});
-  const std::string log = (std::filesystem::path(options.out) / "programs.log").string();
+  const std::string log = log_of(options);
   std::ofstream(log, std::ios::trunc).flush();
   const auto tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   Ran ran = run_jobs(jobs.measurements, options.jobs, log, program::signal_so_far, tell);

@@ -45,7 +45,7 @@ TEST(CaseStudiesProgram, RunsGoesOnAndDraws) {
   const Ended longer = run_program("--only map1 --seconds 3 --runs 2 --no-life --page --out " + folder.string());
   EXPECT_EQ(longer.code, 1);
   EXPECT_THAT(longer.out, HasSubstr("0 of 6 runs"));
-  EXPECT_THAT(longer.out, HasSubstr("2 of 2 runs are left out: run-1001.json is of another seconds (2.0, not 3)"));
+  EXPECT_THAT(longer.out, HasSubstr("2 of 2 runs are left out: run-1001.json is of another seconds (2.0, not 3.0)"));
   std::filesystem::remove_all(folder);
 }
 

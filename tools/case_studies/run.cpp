@@ -24,6 +24,16 @@ bool is_over_time(const std::string& name, const Json& value) {
          std::ranges::all_of(value, [](const Json& item) { return item.is_number() || item.is_null(); });
 }
 
+RunOptions options_in(const Json& common) {
+  RunOptions options;
+  for (const auto& [name, value] : common.items()) {
+    if (!value.is_object()) options[name] = value.dump();
+    if (!value.is_object()) continue;
+    for (const auto& [part, of_part] : value.items()) options[fmt::format("{}.{}", name, part)] = of_part.dump();
+  }
+  return options;
+}
+
 constexpr std::optional<double> kInfinite = std::numeric_limits<double>::infinity();
 
 // `complete(list)`: what a run's list counts as.
@@ -45,6 +55,11 @@ std::optional<double> StoredRun::figure(const std::string& name) const {
   return found == figures.end() ? std::nullopt : std::optional(found->second);
 }
 
+std::optional<RunOptions> parse_options(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  return json.is_object() ? std::optional(options_in(json)) : std::nullopt;
+}
+
 Result<StoredRun> parse_run(const std::string& text, const std::string& file) {
   const Json json = Json::parse(text, nullptr, false);
   if (!program::has_figures(json) || !json.contains("seed") || !json["seed"].is_number_unsigned()) {
@@ -58,12 +73,9 @@ Result<StoredRun> parse_run(const std::string& text, const std::string& file) {
   for (const auto& [name, value] : json.items()) {
     if (is_over_time(name, value)) run.by_time[name] = program::by_time_in(value);
   }
-  const Json options = program::common_options_in(json);
-  for (const auto& [name, value] : options.items()) {
-    if (!value.is_object()) run.options[name] = value.dump();
-    if (!value.is_object()) continue;
-    for (const auto& [part, of_part] : value.items()) run.options[fmt::format("{}.{}", name, part)] = of_part.dump();
-  }
+  const auto common = program::common_options_in(json);
+  if (!common) return Error::environment(file + " does not name what is in common", "delete it, and run again");
+  run.options = options_in(*common);
   return run;
 }
 

@@ -18,17 +18,22 @@ namespace ctn::case_studies {
 
 using program::ByTime;
 
+// What the runs of a batch have in common, each as JSON: "seconds", "inputs.world".
+using RunOptions = std::map<std::string, std::string>;
+
 struct StoredRun {
   std::uint64_t seed = 0;
   std::map<std::string, double> figures;  // those that were measured
   std::map<std::string, ByTime> by_time;
-  // What the runs of a batch have in common (program::common_options_in), each as JSON: "seconds", "inputs.world".
-  std::map<std::string, std::string> options{};
+  RunOptions options{};  // those that its document names (program::common_options_in)
 
   std::optional<double> figure(const std::string& name) const;
 };
 
-// Errors: kEnvironment, naming `file`, where the text is no outcome of a run.
+// Of what a program prints with `--in-common`. None: it is no such document.
+std::optional<RunOptions> parse_options(const std::string& text);
+
+// Errors: kEnvironment, naming `file`, where the text is no outcome of a run, or does not say what is in common.
 Result<StoredRun> parse_run(const std::string& text, const std::string& file);
 
 // The runs with seeds from `first` on that are there, in the order of their seeds. Errors: as parse_run().

@@ -16,7 +16,7 @@ using ::testing::Optional;
 using ::testing::Pair;
 
 const char* const kStored = R"({"map": "1", "seed": 7, "figures": {"collided": 1.0, "goal_s": null},
-  "staleness_ms_p95_by_5s": [10.0, null, 30.0], "contacts": [{"at_s": 1}], "cpus": [1]})";
+  "staleness_ms_p95_by_5s": [10.0, null, 30.0], "contacts": [{"at_s": 1}], "cpus": [1], "in_common": ["map"]})";
 
 StoredRun with(std::uint64_t seed, ByTime list) { return {seed, {}, {{"x_by_1s", std::move(list)}}}; }
 
@@ -28,8 +28,19 @@ TEST(ParseRun, TakesFiguresAndWhatIsOverTime) {
   EXPECT_FALSE(run->figure("goal_s"));
   EXPECT_FALSE(run->figure("no such"));
   ASSERT_EQ(run->by_time.size(), 1U) << "no other list is over time";
-  EXPECT_THAT(run->options, ElementsAre(Pair("map", "\"1\""))) << "nothing after the figures, and no seed";
+  EXPECT_THAT(run->options, ElementsAre(Pair("map", "\"1\""))) << "nothing else, and no seed";
   EXPECT_THAT(run->by_time.at("staleness_ms_p95_by_5s"), ElementsAre(Optional(10.0), std::nullopt, Optional(30.0)));
+}
+
+// It once depended on the order of members which of them were options.
+TEST(ParseRun, OptionsAreThoseThatTheRunNamesWhereverTheyAre) {
+  const auto run = parse_run(R"({"in_common": ["seconds", "inputs", "real_time"], "cores": 1, "figures": {},
+      "real_time": true, "inputs": {"app": "11"}, "seconds": 3.0, "seed": 7})",
+                             "f");
+  ASSERT_TRUE(run.ok());
+  EXPECT_THAT(run->options,
+              ElementsAre(Pair("inputs.app", "\"11\""), Pair("real_time", "true"), Pair("seconds", "3.0")));
+  EXPECT_FALSE(parse_run(R"({"figures": {}, "seed": 7, "cores": 1})", "f").ok()) << "it names none";
 }
 
 TEST(ParseRun, NamesTheFileThatIsNone) {

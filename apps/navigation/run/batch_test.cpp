@@ -40,6 +40,7 @@ class BatchTest : public ::testing::Test {
     outcome.findings.contacts.resize(options.seed % 2);
     outcome.findings.lasted = 7s;
     outcome.findings.guidance_ages = {{1s, std::chrono::milliseconds(10 * options.seed)}};
+    outcome.snapshot.real_time = real_time_;
     if (options.seed == signal_at_) outcome.signal = 15;
     return outcome;
   }
@@ -53,6 +54,7 @@ class BatchTest : public ::testing::Test {
   std::vector<std::uint64_t> seeds_;
   std::vector<std::string> lines_;
   std::uint64_t signal_at_ = 0;
+  bool real_time_ = false;
 };
 
 TEST_F(BatchTest, GoesOnWhereItStopped) {
@@ -91,6 +93,28 @@ TEST_F(BatchTest, DoesNotMixRunsWithOtherOptions) {
   EXPECT_FALSE(run(with_other_app).ok()) << "of files with other contents";
   std::ofstream(folder_ / "run-5.json") << "{";
   EXPECT_FALSE(run(options(2)).ok()) << "what is no outcome is not taken for one";
+}
+
+// In life, runs with privileges and runs without went into one batch.
+TEST_F(BatchTest, DoesNotMixRunsWithAndWithoutRealTimeLevels) {
+  Options live = options(2);
+  live.virtual_time = false;
+  real_time_ = true;
+  ASSERT_TRUE(run(live).ok());
+  live.runs = 3;
+  real_time_ = false;
+  const auto refused = run(live);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().kind(), ErrorKind::kCaller);
+  EXPECT_NE(refused.error().message().find("real_time"), std::string::npos) << refused.error().message();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run-7.json")) << "it is not stored among the others";
+  std::filesystem::remove(folder_ / "run-5.json");
+  EXPECT_FALSE(run(live).ok()) << "nor in front of them";
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run-5.json"));
+  real_time_ = true;
+  const auto finished = run(live);
+  ASSERT_TRUE(finished.ok());
+  EXPECT_EQ(finished->runs.size(), 3U);
 }
 
 TEST_F(BatchTest, SaysWhereAFolderCannotBe) {

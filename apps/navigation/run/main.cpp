@@ -99,6 +99,7 @@ int run(Options options) {
   if (!detector) return program::fail(kProgram, detector.error());
   if (const Status read = program::read_calibration(options); !read) return program::fail(kProgram, read.error());
   options.inputs = inputs_of(options, detector->get());
+  if (options.in_common) return program::print(common_of(options), 0);
   return options.runs > 1 || !options.out.empty() ? run_many(options, *detector) : run_single(options, *detector);
 }
 

@@ -126,6 +126,9 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
       ->type_name("FILE.html")
       ->excludes(runs);
   app.add_flag("--json", options.json, "print one JSON document on stdout and nothing else there");
+  app.add_flag(
+      "--in-common", options.in_common,
+      "print, as JSON, what runs of one batch (--out) with these options must have in common, and run nothing");
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ struct Options {
   std::string pictures;  // folder; empty: none
   std::string replay;    // page to write; empty: none
   bool json = false;
+  bool in_common = false;  // only tells what the runs of a batch with these options have in common
   // What the files hold that a run depends on, told apart by fingerprints: "app", "world", ... (inputs.h).
   std::map<std::string, std::string> inputs;
 };

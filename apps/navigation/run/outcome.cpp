@@ -179,12 +179,15 @@ std::string rows_of(const std::string& name, const ByTime& values, nanoseconds w
 
 std::string identity_of(const Options& options) { return json_of(options).dump(); }
 
+std::string common_of(const Options& options) { return program::text_of(program::in_common(json_of(options))); }
+
 std::string to_json(const Outcome& outcome) {
   const Options& options = outcome.options;
   const Findings& found = outcome.findings;
   Json json = json_of(options);
   json["world"] = outcome.world;
   if (!options.virtual_time) json["real_time"] = outcome.snapshot.real_time;
+  program::add_in_common(json_of(options), json);
   json["ended_by"] = name_of(outcome);
   json["figures"] = program::json_of(figures_of(outcome));
   json["staleness_ms_p95_by_5s"] = program::json_of(staleness_of(found));

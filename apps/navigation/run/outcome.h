@@ -49,6 +49,8 @@ std::string rows_of(const std::string& name, const ByTime& values, std::chrono::
 
 // JSON of the options that a run's outcome depends on.
 std::string identity_of(const Options& options);
+// The document that says what of that all runs of a batch have in common.
+std::string common_of(const Options& options);
 
 std::string to_json(const Outcome& outcome);
 std::string to_text(const Outcome& outcome);

@@ -66,6 +66,20 @@ TEST(Program, InVirtualTimeABatchGoesOnAndDrawsNothing) {
   std::filesystem::remove_all(folder);
 }
 
+// Others ask the program which runs belong together, so it says the same before a run and in its document.
+TEST(Program, InVirtualTimeItTellsWhatABatchHasInCommon) {
+  const std::string options = "--virtual --seconds 1 --scheduler default ";
+  const auto document = nlohmann::json::parse(run(options + "--seed 7 --json").out, nullptr, false);
+  const auto told = nlohmann::json::parse(run(options + "--in-common").out, nullptr, false);
+  ASSERT_TRUE(told.is_object() && document.is_object());
+  EXPECT_EQ(document["in_common"].size(), told.size());
+  for (const auto& name : document["in_common"]) {
+    EXPECT_EQ(document[name.get<std::string>()], told[name.get<std::string>()]) << name;
+  }
+  EXPECT_TRUE(told.contains("inputs"));
+  EXPECT_FALSE(told.contains("seed"));
+}
+
 TEST(Program, InVirtualTimeItDrawsAPictureASecond) {
   const std::string folder = temporary("pictures");
   std::filesystem::remove_all(folder);

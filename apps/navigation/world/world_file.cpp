@@ -428,4 +428,14 @@ Result<WorldFile> read_world(const std::string& path) {
   return parse_world(*text, path, std::filesystem::path(path).parent_path().string());
 }
 
+std::string image_of(const std::string& path) {
+  try {
+    const YAML::Node world = YAML::Load(program::text_of_file(path).value_or(""));
+    if (!world.IsMap() || !world["image"].IsMap() || !world["image"]["file"].IsScalar()) return {};
+    return (std::filesystem::path(path).parent_path() / world["image"]["file"].Scalar()).string();
+  } catch (const YAML::Exception&) {
+    return {};
+  }
+}
+
 }  // namespace ctn::navigation::world

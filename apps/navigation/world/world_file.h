@@ -36,6 +36,9 @@ Result<WorldFile> read_world(const std::string& path);
 // `file` names the text in errors; an image is looked for in `folder`.
 Result<WorldFile> parse_world(std::string_view text, const std::string& file, const std::string& folder);
 
+// The path of the image that the world at `path` takes walls from; empty: it names none, or is no world.
+std::string image_of(const std::string& path);
+
 // A file that parse_world() reads as the same world, to the millimetre. Walls that belong to no block are lines.
 std::string to_yaml(const WorldFile& world);
 

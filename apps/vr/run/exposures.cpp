@@ -111,14 +111,50 @@ std::unique_ptr<Exposures> recorded_exposures(const Surroundings& surroundings) 
   return std::make_unique<Recorded>(surroundings);
 }
 
-Result<std::unique_ptr<Exposures>> ready_exposures(const Surroundings& surroundings, const Clock& clock,
-                                                   nanoseconds end) {
+std::vector<nanoseconds> exposure_times(const Surroundings& surroundings, const Clock& clock, nanoseconds end) {
   std::vector<nanoseconds> times;
   const bool recorded = !surroundings.pictures().empty();
   for (const world::PictureFile& file : surroundings.pictures()) {
     if (time_of(file) <= end) times.push_back(time_of(file));
   }
   for (nanoseconds at = clock.next(nanoseconds(0)); !recorded && at <= end; at += clock.period) times.push_back(at);
+  return times;
+}
+
+std::optional<Clock> clock_of(const std::vector<world::PictureFile>& pictures) {
+  if (pictures.size() < 2) return std::nullopt;
+  std::vector<double> distances;
+  for (std::size_t i = 1; i < pictures.size(); ++i) distances.push_back(pictures[i].time - pictures[i - 1].time);
+  std::vector<double> sorted = distances;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  // A line through the times, by least squares: over the number of each tick, about the means of both.
+  std::vector<double> numbers{0.0};
+  for (const double distance : distances) {
+    numbers.push_back(numbers.back() + std::max(1.0, std::round(distance / *middle)));
+  }
+  const auto count = static_cast<double>(pictures.size());
+  double mean_number = 0.0;
+  double mean_time = 0.0;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    mean_number += numbers[i] / count;
+    mean_time += pictures[i].time / count;
+  }
+  double products = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    products += (numbers[i] - mean_number) * (pictures[i].time - mean_time);
+    squares += (numbers[i] - mean_number) * (numbers[i] - mean_number);
+  }
+  const double period = products / squares;
+  return Clock{nanoseconds(std::llround(1e9 * (mean_time - mean_number * period))),
+               nanoseconds(std::llround(1e9 * period))};
+}
+
+Result<std::unique_ptr<Exposures>> ready_exposures(const Surroundings& surroundings, const Clock& clock,
+                                                   nanoseconds end) {
+  const bool recorded = !surroundings.pictures().empty();
+  const std::vector<nanoseconds> times = exposure_times(surroundings, clock, end);
   const CameraModel& camera = surroundings.camera();
   const auto bytes = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * times.size();
   if (bytes > kMaxBytes) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -36,7 +37,15 @@ Result<std::unique_ptr<Exposures>> drawn_exposures(const Surroundings& surroundi
 // Those of a data set, read when they are asked for.
 std::unique_ptr<Exposures> recorded_exposures(const Surroundings& surroundings);
 
-// Those of a clock (or of a data set, where it has any), all of them in memory before the run begins, until `end`.
+// When pictures are taken, until `end`: those of a data set, where there is one, else at the ticks of `clock`.
+std::vector<std::chrono::nanoseconds> exposure_times(const Surroundings& surroundings, const Clock& clock,
+                                                     std::chrono::nanoseconds end);
+
+// The clock that a data set's pictures keep to, by their time stamps: it passes over pictures that were lost. None:
+// there are fewer than two pictures.
+std::optional<Clock> clock_of(const std::vector<world::PictureFile>& pictures);
+
+// Those of exposure_times(), all of them in memory before the run begins.
 // Errors: as above; more than there is room for (kCaller).
 Result<std::unique_ptr<Exposures>> ready_exposures(const Surroundings& surroundings, const Clock& clock,
                                                    std::chrono::nanoseconds end);

@@ -91,14 +91,15 @@ void add_tracking(const Happened& happened, const Surroundings& surroundings, st
   std::vector<nanoseconds> times;
   for (const Tracked& tracked : happened.tracked) {
     const double exposed = in_seconds(tracked.exposure);
-    if (const auto true_pose = surroundings.truth(tracked.exposure)) {
+    const auto true_pose = surroundings.truth(tracked.exposure);
+    if (true_pose) {
       estimated.push_back({exposed, tracked.pose});
       truth.push_back({exposed, *true_pose});
     }
     if (tracked.at < counted_from(happened.end)) continue;
-    if (!truth.empty()) {
-      metres.add(measures::translation_error(tracked.pose, truth.back().pose));
-      degrees.add(measures::rotation_error(tracked.pose, truth.back().pose));
+    if (true_pose) {
+      metres.add(measures::translation_error(tracked.pose, *true_pose));
+      degrees.add(measures::rotation_error(tracked.pose, *true_pose));
     }
     ages.add(in_ms(tracked.at - tracked.exposure));
     times.push_back(tracked.at);

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <string>
 
+#include "run/testing/small_dataset.h"
+
 namespace ctn::vr::run {
 namespace {
 
@@ -130,6 +132,35 @@ TEST_F(Findings, TrackingIsComparedWithTheTruth) {
   EXPECT_NEAR(*figure(happened, "vio_hz"), 20.0, 1e-9);
   happened.tracked[7].pose.position.x() += 0.1;
   EXPECT_NEAR(*figure(happened, "vio_ate_m"), 0.1 / std::sqrt(40.0), 2e-3);
+}
+
+// A data set whose truth ends before it does. The wearer is a metre from where the truth ends.
+TEST(FindingsOfADataSet, WhatIsBeyondItsTruthDoesNotCount) {
+  const testing::SmallDataset dataset({0ms}, {0s, 2s});
+  Options options;
+  options.dataset = dataset.folder();
+  const auto surroundings = Surroundings::make(options, 5ms);
+  ASSERT_TRUE(surroundings.ok()) << surroundings.error().message();
+  Happened happened{{}, {}, 3s};
+  for (const nanoseconds at : {1900ms, 2500ms}) {
+    Pose body = *(*surroundings)->truth(1s);
+    Photon photon;
+    photon.tick = at;
+    photon.picture.drawn = photon.picture.warped = photon.picture.known = *(*surroundings)->true_eye(1s);
+    photon.picture.warped_stamp = photon.picture.drawn_stamp = at;
+    if (at > 2s) {
+      body.position.x() += 1.0;
+      photon.picture.warped.orientation =
+          photon.picture.warped.orientation * Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX()));
+    }
+    happened.photons.push_back(photon);
+    happened.tracked.push_back({at, at, body, 20ms});
+  }
+  const auto figures = figures_of(happened, **surroundings, false);
+  EXPECT_NEAR(*program::figure_of(figures, "vio_error_m_mean"), 0.0, 1e-6);
+  EXPECT_NEAR(*program::figure_of(figures, "vio_ate_m"), 0.0, 1e-6);
+  EXPECT_NEAR(*program::figure_of(figures, "error_deg_mean"), 0.0, 1e-6);
+  EXPECT_EQ(program::figure_of(figures, "ticks"), 2.0) << "ticks and ages are known without the truth";
 }
 
 }  // namespace

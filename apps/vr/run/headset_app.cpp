@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "run/clock.h"
@@ -9,7 +10,8 @@
 namespace ctn::vr::run {
 namespace {
 
-constexpr double kDatasetHz = 20.0;  // of EuRoC's camera
+constexpr double kDatasetHz = 20.0;  // of EuRoC's camera, where a data set does not say it
+constexpr double kMaxCameraHz = 60.0;
 
 // What can be promised at 120 Hz (`ms`) on one core, at the phase that is worst, and for so many of the display's
 // periods more where they are longer.
@@ -26,9 +28,10 @@ std::string nodes_of(const Options& options, bool paced) {
 )";
   if (has_camera_clock(options)) {
     text += fmt::format(R"(  {0}: {{ external: true, period: {1}ns }}   # the camera's own clock
-  Camera: {{ max_rate: 60Hz, fallback_rate: {2}Hz }}
+  Camera: {{ max_rate: {3}Hz, fallback_rate: {2:.6g}Hz }}
 )",
-                        kExposure, camera_period(options).count(), options.camera_hz.value_or(kDatasetHz));
+                        kExposure, camera_period(options).count(),
+                        std::min(kMaxCameraHz, 1.0 / in_seconds(camera_period(options))), kMaxCameraHz);
   } else {
     text += "  Camera: { max_rate: 60Hz, fallback_rate: 20Hz }   # takes no more pictures in a second\n";
   }
@@ -56,6 +59,7 @@ std::string nodes_of(const Options& options, bool paced) {
 bool has_camera_clock(const Options& options) { return options.camera_hz || !options.dataset.empty(); }
 
 std::chrono::nanoseconds camera_period(const Options& options) {
+  if (options.recorded) return options.recorded->period;
   return std::chrono::nanoseconds(std::llround(1e9 / options.camera_hz.value_or(kDatasetHz)));
 }
 

@@ -17,6 +17,7 @@ inline constexpr int kTimewarpLooks = 16;
 inline constexpr int kRenderLooks = 8;
 inline constexpr const char* kTimewarpPacer = "pace_timewarp";
 inline constexpr const char* kRenderPacer = "pace_render";
+inline constexpr const char* kDisplayNode = "display";
 // The camera's own clock, where it has one.
 inline constexpr const char* kExposure = "exposure";
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "program/slowed.h"
+#include "run/headset_app.h"
 
 namespace ctn::vr::run {
 namespace {
@@ -15,8 +16,13 @@ constexpr nanoseconds kLook = std::chrono::microseconds(200);  // whether time h
 
 }  // namespace
 
-LiveHeadset::LiveHeadset(const Surroundings& surroundings, const Clock& display, Exposures& exposures)
-    : surroundings_(surroundings), clock_(display), exposures_(exposures), display_(display) {}
+LiveHeadset::LiveHeadset(const Surroundings& surroundings, const Clock& display, std::vector<nanoseconds> exposed_at,
+                         Exposures& exposures)
+    : surroundings_(surroundings),
+      clock_(display),
+      exposed_at_(std::move(exposed_at)),
+      exposures_(exposures),
+      display_(display) {}
 
 LiveHeadset::~LiveHeadset() { stop(); }
 
@@ -54,9 +60,11 @@ void LiveHeadset::run(const std::stop_token& stop, const Tell& tell) {
   while (begin_.load() == kNotBegun && !stop.stop_requested()) std::this_thread::sleep_for(kLook);
   const steady_clock::time_point begin(begin_.load());
   nanoseconds late{};
+  auto exposed = exposed_at_.begin();
   for (nanoseconds tick = clock_.next(nanoseconds(0)); !stop.stop_requested(); tick += clock_.period) {
     std::this_thread::sleep_until(begin + tick);
-    tell(begin + tick);
+    tell(kDisplayNode, begin + tick);
+    for (; exposed != exposed_at_.end() && *exposed <= tick; ++exposed) tell(kExposure, begin + *exposed);
     take_events();
     display_.advance(tick);
     late = std::max(late, now() - tick);

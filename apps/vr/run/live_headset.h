@@ -1,5 +1,5 @@
 // The headset in real time: a thread that is the display. At each tick of its clock it tells the session so, and takes
-// what the nodes finished since.
+// what the nodes finished since. Exposures of a camera that has a clock it tells at the tick after each.
 //
 //   Timewarp, VIO --what they did, with its time--> [events] --> display's thread: shows, keeps
 //
@@ -28,15 +28,17 @@ namespace ctn::vr::run {
 
 class LiveHeadset final : public Headset {
  public:
-  // Told at each tick, by the display's thread.
-  using Tell = std::function<void(std::chrono::steady_clock::time_point tick)>;
+  // Of which node's clock it is a tick. Called by the display's thread.
+  using Tell = std::function<void(const char* node, std::chrono::steady_clock::time_point tick)>;
 
-  // `display`: in time since the first inertial sample. The rest must outlive this.
-  LiveHeadset(const Surroundings& surroundings, const Clock& display, Exposures& exposures);
+  // In time since the first inertial sample: the display's clock, and when the camera's own ticks (in order; none: it
+  // has no clock). The rest must outlive this.
+  LiveHeadset(const Surroundings& surroundings, const Clock& display, std::vector<std::chrono::nanoseconds> exposed_at,
+              Exposures& exposures);
   ~LiveHeadset() override;
 
   void start(Tell tell);
-  // After the nodes have ended: takes what they did last. May be called twice.
+  // The display has shown its last picture; what nodes do from then on does not count. May be called twice.
   void stop();
   // After stop().
   Happened happened() const { return {display_.photons(), tracked_, ended_}; }
@@ -56,6 +58,7 @@ class LiveHeadset final : public Headset {
 
   const Surroundings& surroundings_;
   Clock clock_;
+  std::vector<std::chrono::nanoseconds> exposed_at_;
   Exposures& exposures_;
   static constexpr std::chrono::nanoseconds kNotBegun{-1};
   mutable std::atomic<std::chrono::nanoseconds> begin_ = kNotBegun;  // of time, on the steady clock

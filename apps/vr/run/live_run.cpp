@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "catan/session.h"
 #include "program/run_options.h"
@@ -24,7 +25,8 @@ constexpr std::chrono::seconds kMayBeginLate(10);
 
 Result<Outcome> run_live(const Options& options, const Watch& watch) {
   const DrawnClocks clocks = clocks_of(options);
-  const Clock samples{nanoseconds(0), kImuPeriod};  // their timer is the session's
+  // Runs of IMU, by the session's timer: each takes a sample that is there already.
+  const Clock samples{kSampleLead, kImuPeriod};
   const auto surroundings = Surroundings::make(options, samples.period);
   if (!surroundings) return surroundings.error();
   const nanoseconds asked(std::llround(options.seconds * 1e9));
@@ -38,15 +40,17 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
 
   auto session = Session::open(options.app_file, program::session_options(options, watch.notice));
   if (!session) return session.error();
-  LiveHeadset headset(**surroundings, clocks.display, **exposures);
+  std::vector<nanoseconds> exposed_at;
+  if (has_camera_clock(options)) exposed_at = exposure_times(**surroundings, ready, end);
+  LiveHeadset headset(**surroundings, clocks.display, std::move(exposed_at), **exposures);
   Nodes nodes(headset, **surroundings, options, std::move(drawing).value());
   program::CostMeter meter(options.slowdown, counted_from(end));
   nodes.attach(*session, meter);
 
   Outcome outcome;
   outcome.options = options;
-  headset.start([&session](std::chrono::steady_clock::time_point tick) {
-    static_cast<void>(session->tick("display", tick));  // an app file without its clock has none
+  headset.start([&session](const char* node, std::chrono::steady_clock::time_point tick) {
+    static_cast<void>(session->tick(node, tick));  // an app file without this clock has none
   });
   if (Status started = session->start(); !started) return started.error();
   const auto at_last = std::chrono::steady_clock::now() + end + kMayBeginLate;
@@ -57,8 +61,9 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
     if (watch.show) watch.show(headset.now());
   }
   outcome.snapshot = session->snapshot();
-  Status stopped = session->stop();
+  // Before the nodes, whose end would be counted as ticks that they missed.
   headset.stop();
+  Status stopped = session->stop();
   if (!stopped) return stopped.error();
   if (const auto failure = nodes.failure()) return *failure;
   outcome.cost_ratios = meter.ratios();

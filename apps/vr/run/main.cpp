@@ -51,6 +51,7 @@ int run(const Options& asked) {
   auto prepared = Prepared::make(asked);
   if (!prepared) return program::fail(kProgram, prepared.error());
   const Options& options = prepared->options();
+  if (options.in_common) return program::print(common_of(options), 0);
   StatusLine status;
   if (options.runs > 1 || !options.out.empty()) {
     const auto batch = run_batch(

@@ -107,6 +107,9 @@ void add_options(CLI::App& app, Options& options, Words& words) {
                  "each second, what the wearer sees beside what is true, into this folder")
       ->excludes(runs);
   app.add_flag("--json", options.json, "print one JSON document on stdout and nothing else there");
+  app.add_flag(
+      "--in-common", options.in_common,
+      "print, as JSON, what runs of one batch (--out) with these options must have in common, and run nothing");
 }
 
 std::optional<std::pair<int, int>> parse_size(const std::string& text) {

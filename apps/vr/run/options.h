@@ -11,6 +11,7 @@
 
 #include "program/calibration.h"
 #include "program/leave.h"
+#include "run/clock.h"
 
 namespace ctn::vr::run {
 
@@ -38,13 +39,15 @@ struct Options {
   std::string calibration_file;      // or folder, of runs in life; empty: none
   program::Calibration calibration;  // that of the file, once it is read
   std::string dataset;               // folder; empty: the simulated headset
+  std::optional<Clock> recorded;     // that its pictures keep to, since the first inertial sample, once they are read
   std::string record;                // empty: none
   std::string app_file;              // empty: made for these options
   std::string pictures;              // folder; empty: none
   int runs = 1;
   std::string out;  // folder of a batch's outcomes; empty: they are not kept
   bool json = false;
-  // What the files hold that a run depends on, told apart by fingerprints: "app", "costs".
+  bool in_common = false;  // only tells what the runs of a batch with these options have in common
+  // What the files hold that a run depends on, told apart by fingerprints: "app", "costs", "dataset".
   std::map<std::string, std::string> inputs;
 
   std::chrono::nanoseconds display_period() const;

@@ -100,10 +100,13 @@ void add_responses(Outcome& outcome, const Clocks& clocks, const std::vector<nan
 
 std::string identity_of(const Options& options) { return json_of(options).dump(); }
 
+std::string common_of(const Options& options) { return program::text_of(program::in_common(json_of(options))); }
+
 std::string to_json(const Outcome& outcome) {
   const Options& options = outcome.options;
   Json json = json_of(options);
   if (!options.virtual_time) json["real_time"] = outcome.snapshot.real_time;
+  program::add_in_common(json_of(options), json);
   json["interrupted"] = outcome.signal != 0;
   json["figures"] = program::json_of(outcome.figures);
   json["relax_factor"] = outcome.snapshot.relax_factor;

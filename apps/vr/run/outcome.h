@@ -37,6 +37,8 @@ void add_responses(Outcome& outcome, const Clocks& clocks, const std::vector<std
 
 // JSON of the options that a run's outcome depends on.
 std::string identity_of(const Options& options);
+// The document that says what of that all runs of a batch have in common.
+std::string common_of(const Options& options);
 
 std::string to_json(const Outcome& outcome);
 std::string to_text(const Outcome& outcome);

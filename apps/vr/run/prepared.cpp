@@ -2,13 +2,35 @@
 
 #include <fmt/format.h>
 
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "program/inputs.h"
 #include "program/known_costs.h"
+#include "run/exposures.h"
 #include "run/headset_app.h"
+#include "world/euroc.h"
 
 namespace ctn::vr::run {
+namespace {
+
+// Sets what follows from the options' data set. Errors: those of reading it.
+Status read_dataset(Options& options) {
+  const auto dataset = world::read_euroc(options.dataset);
+  if (!dataset) return dataset.error();
+  options.recorded = clock_of(dataset->pictures);
+  std::vector<std::string> files = dataset->files;
+  for (const world::PictureFile& picture : dataset->pictures) {
+    // The others are not looked at, and a whole data set is a gigabyte.
+    if (picture.time <= options.seconds) files.push_back(picture.path);
+  }
+  options.inputs["dataset"] = program::fingerprint_of_files(files);
+  return Done{};
+}
+
+}  // namespace
+
 Result<Prepared> Prepared::make(const Options& options) {
   auto folder = program::TemporaryFolder::make("vr");
   if (!folder) return folder.error();
@@ -16,13 +38,16 @@ Result<Prepared> Prepared::make(const Options& options) {
   prepared.options_ = options;
   prepared.folder_ = std::move(folder).value();
   Options& made = prepared.options_;
+  if (!made.dataset.empty()) {
+    if (Status read = read_dataset(made); !read) return read.error();
+  }
   if (made.app_file.empty()) {
-    auto path = prepared.folder_->write("headset.yaml", app_text(options));
+    auto path = prepared.folder_->write("headset.yaml", app_text(made));
     if (!path) return path.error();
     made.app_file = std::move(path).value();
   }
   if (Status read = program::read_calibration(made); !read) return read.error();
-  made.inputs = program::fingerprints_of({{"app", made.app_file}, {"costs", made.costs}});
+  made.inputs.merge(program::fingerprints_of({{"app", made.app_file}, {"costs", made.costs}}));
   return prepared;
 }
 

@@ -88,7 +88,11 @@ ImuSample Surroundings::sample(std::size_t index) const { return imu_ ? imu_->sa
 
 std::optional<Pose> Surroundings::truth(nanoseconds time) const {
   if (!trajectory_) return std::nullopt;
-  return trajectory_->at(in_seconds(time) - trajectory_begins_).pose;
+  const double at = in_seconds(time) - trajectory_begins_;
+  // The simulated head's way goes on for longer than a run.
+  const bool recorded = imu_ == nullptr;
+  if (recorded && (at < 0.0 || at > trajectory_->duration())) return std::nullopt;
+  return trajectory_->at(at).pose;
 }
 
 std::optional<Pose> Surroundings::true_eye(nanoseconds time) const {

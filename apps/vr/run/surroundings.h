@@ -43,7 +43,8 @@ class Surroundings {
   // Those of a data set.
   const std::vector<world::PictureFile>& pictures() const { return pictures_; }
 
-  // Of the body; none where a data set does not say it. Of the eye's camera, where the body's is known.
+  // Of the body; none where a data set does not say it, as before the begin of its truth and after its end. Of the
+  // eye's camera, where the body's is known.
   std::optional<Pose> truth(std::chrono::nanoseconds time) const;
   std::optional<Pose> true_eye(std::chrono::nanoseconds time) const;
   const std::optional<State>& start() const { return start_; }

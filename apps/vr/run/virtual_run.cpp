@@ -70,6 +70,12 @@ Clock drawn(program::Draws& draws, nanoseconds period, double drift_ppm) {
 // As seen from a time that begins at `begin`.
 Clock since(const Clock& clock, nanoseconds begin) { return {clock.first - begin, clock.period}; }
 
+// In a time in which the first inertial sample is at `first_sample`.
+Clock in_time_of(const Clock& recorded, nanoseconds first_sample) {
+  const Clock clock = since(recorded, -first_sample);
+  return {clock.next(nanoseconds(0)), clock.period};
+}
+
 std::vector<SimulatedClock> ticking(const DrawnClocks& clocks, const Options& options) {
   std::vector<SimulatedClock> result{{"IMU", clocks.samples.first, clocks.samples.period},
                                      {"display", clocks.display.first, clocks.display.period}};
@@ -91,7 +97,8 @@ DrawnClocks clocks_of(const Options& options) {
   const bool recorded = !options.dataset.empty();
   clocks.samples = drawn(draws, kImuPeriod, recorded ? 0.0 : options.drift_ppm);
   clocks.display = drawn(draws, options.display_period(), options.drift_ppm);
-  clocks.exposures = drawn(draws, camera_period(options), recorded ? 0.0 : options.drift_ppm);
+  clocks.exposures = options.recorded ? in_time_of(*options.recorded, clocks.samples.first)
+                                      : drawn(draws, camera_period(options), options.drift_ppm);
   return clocks;
 }
 
@@ -99,7 +106,11 @@ DrawnClocks clocks_as_in_life(const Options& options) {
   DrawnClocks clocks = clocks_of(options);
   clocks.samples = {kImuPeriod, kImuPeriod};
   clocks.display.first += kImuPeriod - kSampleLead;
-  clocks.exposures.first += kImuPeriod - kSampleLead;
+  if (options.recorded) {
+    clocks.exposures = in_time_of(*options.recorded, clocks.samples.first);
+  } else {
+    clocks.exposures.first += kImuPeriod - kSampleLead;
+  }
   return clocks;
 }
 

@@ -26,7 +26,8 @@ struct Watch {
 // cannot be written.
 Result<Outcome> run_virtually(const Options& options, const Watch& watch);
 
-// Of the run's seed: when its clocks tick first, and how far each is off, in virtual time.
+// Of the run's seed: when its clocks tick first, and how far each is off, in virtual time. The exposures of a data set
+// are at its pictures' time stamps.
 struct DrawnClocks {
   Clock samples;
   Clock display;

@@ -324,13 +324,16 @@ Result<Euroc> read_euroc(const std::string& folder) {
   std::vector<TimedState> states;
   std::vector<Problem> problems;
   const std::string truth = (root / "state_groundtruth_estimate0" / "data.csv").string();
-  for (const Status& status :
-       {read((root / "imu0" / "data.csv").string(), parse_euroc_imu, imu, problems),
-        read((root / "cam0" / "data.csv").string(), parse_euroc_pictures, names, problems),
-        read((root / "cam0" / "sensor.yaml").string(), parse_euroc_camera, result.camera, problems),
-        fs::exists(truth, ignored) ? read(truth, parse_euroc_truth, states, problems) : Status(Done{})}) {
+  const bool has_truth = fs::exists(truth, ignored);
+  result.files = {(root / "imu0" / "data.csv").string(), (root / "cam0" / "data.csv").string(),
+                  (root / "cam0" / "sensor.yaml").string()};
+  for (const Status& status : {read(result.files[0], parse_euroc_imu, imu, problems),
+                               read(result.files[1], parse_euroc_pictures, names, problems),
+                               read(result.files[2], parse_euroc_camera, result.camera, problems),
+                               has_truth ? read(truth, parse_euroc_truth, states, problems) : Status(Done{})}) {
     if (!status) return status.error();
   }
+  if (has_truth) result.files.push_back(truth);
   if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
 
   result.origin = imu.front().nanoseconds;

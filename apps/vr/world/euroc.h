@@ -33,7 +33,8 @@ struct Euroc {
   std::vector<ImuSample> imu;
   std::vector<PictureFile> pictures;
   CameraModel camera;
-  std::vector<State> truth;  // empty: the data set has none
+  std::vector<State> truth;        // empty: the data set has none
+  std::vector<std::string> files;  // that were read: all but the pictures
 };
 
 inline constexpr std::size_t kMaxEurocBytes = std::size_t{256} << 20U;  // of one file
