@@ -22,6 +22,8 @@ function(catan_module name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:include>)
+  # The headers need it, also in projects that say nothing of a standard.
+  target_compile_features(catan_${name} PUBLIC cxx_std_20)
   target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
   set_target_properties(catan_${name} PROPERTIES EXPORT_NAME ${name})
   catan_unity(catan_${name})

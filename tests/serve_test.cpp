@@ -237,6 +237,32 @@ TEST_F(ServeTest, WhoForksAndDiesIsGone) {
   EXPECT_TRUE(fast->runs_on(20));
 }
 
+TEST_F(ServeTest, AForkedChildLeavesTheClientAlone) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
+  serve();
+  play({"map"});
+  Result<Client> client = connect();
+  ASSERT_TRUE(client.ok()) << client.error().message();
+  CountingNodes nodes(std::move(*client), *os_, {{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(nodes.runs_on(20)) << said();
+  os::ForkedProcess child([&] {
+    ::alarm(20);
+    const auto refused = [](const Status& done) { return !done && done.error().kind() == ErrorKind::kCaller; };
+    Client& copy = nodes.client();
+    const Result<AttachedNode> attached = copy.attach("map");
+    const bool all_refused = refused(copy.start()) && refused(copy.adopt_this_thread("eye")) &&
+                             refused(copy.share_thread(static_cast<int>(os_->current_thread()))) && !attached;
+    const bool served = copy.served();
+    copy.stop();
+    { const Client destroyed = std::move(copy); }
+    return all_refused && !served ? 0 : 1;
+  });
+  EXPECT_EQ(child.join(), 0) << "negative: the signal that ended it";
+  EXPECT_TRUE(nodes.client().served());
+  EXPECT_TRUE(nodes.runs_on(20)) << said();
+  EXPECT_TRUE(raises(os_->current_process()));
+}
+
 TEST_F(ServeTest, NobodyTouchesThreadsThatAreNotTheirOwn) {
   serve();
   const os::ForkedProcess victim([] { return ::pause(); });

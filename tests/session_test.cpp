@@ -1,7 +1,9 @@
 // The public API on the real system: what a session does to its threads, and what it leaves behind.
+#include <catan/client.h>
 #include <catan/session.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -15,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "os/linux/forked_process.h"
 #include "os/linux/linux_os.h"
 #include "os/testing/requires_real_time.h"
 
@@ -144,6 +147,61 @@ TEST_F(SessionTest, DestroyedWhileItRunsItStopsCleanly) {
   }
   EXPECT_EQ(real_time_threads(), 0);
   EXPECT_TRUE(std::filesystem::exists(record_file_));
+}
+
+TEST_F(SessionTest, AForkedChildLeavesItAlone) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
+  Result<Session> session = open("catan");
+  ASSERT_TRUE(session.ok());
+  ASSERT_TRUE(session->start().ok());
+  const auto runs_on = [&] {
+    const int before = runs_;
+    for (int look = 0; runs_ < before + 10 && look < 1000; ++look) std::this_thread::sleep_for(milliseconds{10});
+    return runs_ >= before + 10;
+  };
+  ASSERT_TRUE(runs_on());
+  ASSERT_GT(real_time_threads(), 0);
+
+  os::ForkedProcess child([&] {
+    ::alarm(20);
+    const auto refused = [](const Status& done) { return !done && done.error().kind() == ErrorKind::kCaller; };
+    const bool all_refused = refused(session->start()) && refused(session->adopt_this_thread("act")) &&
+                             refused(session->tick("act")) && refused(session->change({})) &&
+                             refused(session->save_flight(record_file_ + ".child"));
+    session->node("act", [](ctn::Run&) {});
+    static_cast<void>(session->channel<double>("sense", "act"));
+    const bool nothing_shown = session->snapshot().chains.empty();
+    const bool stopped = session->stop().ok();
+    { const Session destroyed = std::move(*session); }
+    return all_refused && nothing_shown && stopped ? 0 : 1;
+  });
+  EXPECT_EQ(child.join(), 0) << "negative: the signal that ended it";
+  EXPECT_GT(real_time_threads(), 0);
+  EXPECT_TRUE(runs_on());
+  EXPECT_TRUE(session->stop().ok());
+  EXPECT_EQ(real_time_threads(), 0);
+}
+
+// Of a user who has all the threads that the limit allows.
+TEST_F(SessionTest, WhereNoThreadCanBeMadeNeitherSessionNorClientStarts) {
+  os::ForkedProcess child([&] {
+    ::alarm(20);
+    const rlimit none{0, 0};
+    if (::geteuid() == 0 && !os::become_nobody()) return 1;
+    if (::setrlimit(RLIMIT_NPROC, &none) != 0) return 2;
+    const auto refused = [](const auto& result) {
+      return !result && result.error().kind() == ErrorKind::kEnvironment &&
+             result.error().message().find("ulimit -u") != std::string::npos;
+    };
+    record_file_.clear();
+    Result<Session> session = open("catan");
+    if (!session) return 3;
+    if (!refused(session->start())) return 4;
+    if (!session->stop()) return 5;
+    if (!refused(Client::connect({.socket = "/nowhere", .app = {}, .wait_seconds = 0.0, .on_notice = {}}))) return 6;
+    return os_->threads(os_->current_process())->size() == 1 ? 0 : 7;
+  });
+  EXPECT_EQ(child.join(), 0) << "negative: the signal that ended it";
 }
 
 TEST_F(SessionTest, ARecordIsNeverOverwritten) {

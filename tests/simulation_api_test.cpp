@@ -1,4 +1,5 @@
 // Closed loops in virtual time through the public API, each worked by hand.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -379,6 +380,25 @@ TEST_F(SimulationApi, MistakesAreToldAllAtOnce) {
   EXPECT_EQ(ran.error().kind(), ErrorKind::kCaller);
   EXPECT_EQ(ran.error().problems().size(), 5U) << ran.error().message();
   EXPECT_EQ(simulation->now(), nanoseconds{0});
+}
+
+TEST_F(SimulationApi, AChannelIsOnlyForItsTwoNodes) {
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok());
+  auto& seen = simulation->channel<double>("look", "think");
+  simulation->node("look", [&](ctn::Run& run) { seen.write(run, 1.0); });
+  bool misled = false;
+  simulation->node("think", [&](ctn::Run& run) {
+    const double* x = seen.read(run);
+    misled = misled || (x != nullptr && *x != 1.0);
+  });
+  simulation->node("push", [&](ctn::Run& run) { seen.write(run, 2.0); });
+  const Status ran = simulation->run_for(seconds{1});
+  EXPECT_FALSE(misled);
+  ASSERT_FALSE(ran.ok());
+  EXPECT_EQ(ran.error().kind(), ErrorKind::kCaller);
+  EXPECT_THAT(ran.error().message(),
+              testing::HasSubstr("node push writes to channel look -> think, which is not its own"));
 }
 
 TEST_F(SimulationApi, TimeGoesOnlyForwardAndOnlyFromOutside) {

@@ -87,7 +87,8 @@ typedef void (*catan_notice_function)(const char* text, void* user);
 /* --- A session: an app in one process --- */
 
 /* Fields that are 0 or NULL have their defaults. Begin with CATAN_SESSION_OPTIONS; later versions add fields at the
- * end, and `size` tells which of them the caller knows. */
+ * end, and `size` tells which of them the caller knows. One that is that of no version, such as 0, is an error
+ * (CATAN_CALLER). */
 typedef struct catan_session_options {
   size_t size;        /* of this struct */
   const char* policy; /* "catan" */
@@ -139,6 +140,7 @@ void catan_free(void* memory);
 
 /* --- A client: nodes of an app that a server schedules --- */
 
+/* As those of a session; begin with CATAN_CLIENT_OPTIONS. */
 typedef struct catan_client_options {
   size_t size;         /* of this struct */
   const char* socket;  /* of the server; NULL: what CATAN_SOCKET names, else the usual one of `app` */

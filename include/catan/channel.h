@@ -7,7 +7,8 @@
 //   Channel<T>       the newest value (input: latest). Three buffers; T must be default-constructible and movable.
 //   QueueChannel<T>  every value, in order (input: queue). Bounded; when it is full the newest is dropped and counted.
 //
-// Thread safety: write by the producer's run, read by the consumer's run, nothing else.
+// Thread safety: write by the producer's run, read by the consumer's run, nothing else. In the run of another node a
+// write does nothing and a read gives nothing; a notice says so (`channel-misuse`, once a channel).
 #pragma once
 
 #include <algorithm>
@@ -36,6 +37,18 @@ class ChannelBase {
   virtual std::uint64_t dropped() const { return 0; }
 
  protected:
+  // Whether it is the run of the node that writes here, or of the one that reads. If it is not, nothing may be done;
+  // the mistake is noted.
+  bool may_write(const Run& run) {
+    const bool may = run.node_ == producer_ || producer_ == kAnyNode;
+    if (!may) note_misuse(run, true);
+    return may;
+  }
+  bool may_read(const Run& run) {
+    const bool may = (run.node_ == consumer_ || consumer_ == kAnyNode) && input_ < run.inputs_.size();
+    if (!may) note_misuse(run, false);
+    return may;
+  }
   void stage(Run& run) { run.written_.push_back(this); }
   // What a value goes back to (Run::age()).
   using Origin = Run::Origin;
@@ -52,7 +65,20 @@ class ChannelBase {
   // What the run takes goes back to; Run::age() says which values those are.
   virtual Origin take_origin(Run& run) = 0;
 
+  // The first mistake is kept until it is told.
+  static constexpr std::uint64_t kNoMisuse = ~std::uint64_t{0};
+  static constexpr std::uint64_t kToldMisuse = kNoMisuse - 1;
+  void note_misuse(const Run& run, bool writes) {
+    std::uint64_t none = kNoMisuse;
+    misuse_.compare_exchange_strong(none, std::uint64_t{run.node_} << 1U | (writes ? 1U : 0U),
+                                    std::memory_order_relaxed);
+  }
+
+  static constexpr std::uint32_t kAnyNode = Run::kNoNode - 1;
   std::uint32_t input_;
+  std::uint32_t producer_ = kAnyNode;
+  std::uint32_t consumer_ = kAnyNode;
+  std::atomic<std::uint64_t> misuse_{kNoMisuse};  // the node, and a bit: whether it writes
 };
 
 // Makes a channel of whatever type: for those who open channels by name.
@@ -70,6 +96,7 @@ class Channel final : public ChannelBase {
 
   // A second write in one run replaces the first.
   void write(Run& run, T value) {
+    if (!may_write(run)) return;
     buffers_[back_].value = std::move(value);
     if (!staged_) stage(run);
     staged_ = true;
@@ -78,6 +105,7 @@ class Channel final : public ChannelBase {
   // The newest value at the first read of this run, the same again at later ones; null until there is one. Valid until
   // the run ends.
   const T* read(Run& run) {
+    if (!may_read(run)) return nullptr;
     if (read_in_ != run.number()) {
       read_in_ = run.number();
       if ((middle_.load(std::memory_order_acquire) & kFresh) != 0) {
@@ -128,12 +156,14 @@ class QueueChannel final : public ChannelBase {
 
   // May be called several times in a run; all its values are published together.
   void write(Run& run, T value) {
+    if (!may_write(run)) return;
     if (pending_.empty()) stage(run);
     pending_.push_back(std::move(value));
   }
 
   // The next value that was published before this call; none when all are taken.
   std::optional<T> take(Run& run) {
+    if (!may_read(run)) return std::nullopt;
     const std::uint64_t taken = taken_.load(std::memory_order_relaxed);
     if (taken == published_.load(std::memory_order_acquire)) return std::nullopt;
     Item& item = items_[taken % kCapacity];

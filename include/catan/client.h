@@ -20,6 +20,10 @@
 // When the server ends or is killed, nodes go on by themselves, at the rates that it planned last, under ordinary
 // scheduling; on_notice is told. As soon as there is a server again (of the same app), they are its.
 //
+// A forked child has a copy of the client, which is none: there stop(), node() and the destructor do nothing, served()
+// is false, a channel leads nowhere, and all else is an error (kCaller). A handle from attach() is not to be used
+// there. The nodes go on in the process that connected.
+//
 // Thread safety: connect, node, channel, queue, start, stop from one thread; attach and adopt_this_thread from the
 // thread concerned, between start and stop. on_notice is called by a thread of its own, with no lock held, and may call
 // all of them; stop alone waits for it. Called by it, or by a node's function, stop returns at once, and what it does
@@ -70,14 +74,14 @@ class AttachedNode {
 class Client {
  public:
   // Waits for the server as long as the options say. Errors: there is none, it refuses this process, or serves another
-  // app (kEnvironment).
+  // app; no thread can be made (kEnvironment).
   static Result<Client> connect(const ClientOptions& options = {});
 
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;
-  ~Client();  // stops
+  ~Client();  // stops, but in a forked child
 
-  // As those of Session. Mistakes are reported by start().
+  // As those of Session. Mistakes are reported by start(), and calls after it by a notice (`too-late`) alone.
   void node(std::string_view name, std::function<void(Run&)> body);
   template <class T>
   Channel<T>& channel(std::string_view from, std::string_view to) {
@@ -89,7 +93,7 @@ class Client {
   }
 
   // Starts the nodes' threads and registers them. Errors: everything that was wrong with node() and channel() calls, a
-  // node that another process runs.
+  // node that another process runs, threads that cannot be had. After such an error of threads or nodes it is stopped.
   Status start();
   // Registers the calling thread as the node's. The handle is good as long as this client, also after stop(). Errors:
   // as start(), and that there is no server at this moment.

@@ -72,6 +72,8 @@ class Run {
   std::chrono::nanoseconds age_of(const Input& input) const;
   std::chrono::nanoseconds age_at(std::size_t input_index);
 
+  static constexpr std::uint32_t kNoNode = 0xffffffff;
+  std::uint32_t node_ = kNoNode;  // whose run it is, by its place in the app
   std::uint64_t number_ = 0;
   std::uint32_t mode_ = 0;
   int threads_ = 1;

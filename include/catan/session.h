@@ -32,6 +32,10 @@
 // Without the permission to set real-time levels "catan" plans and triggers but does not prioritise (rates only), and
 // says so in the snapshot, in the record and to on_notice.
 //
+// A forked child has a copy of the session, which is none: there stop(), node() and the destructor do nothing, a
+// snapshot is empty, a channel leads nowhere, and all else is an error (kCaller). The session goes on in the process
+// that opened it. A child that runs another program, by exec, need not know.
+//
 // Thread safety: open, node, channel, queue, start, stop from one thread; change, snapshot, save_flight and
 // adopt_this_thread from any; tick from any, but for one node from one at a time.
 #pragma once
@@ -73,10 +77,11 @@ class Session {
 
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
-  ~Session();  // stops
+  ~Session();  // stops, but in a forked child
 
   // What `name` does in a run. A name that the app has not, an external node, or a second function are reported by
-  // start().
+  // start(). Once it has started, neither this nor channel() changes anything: a notice says so (`too-late`), and
+  // stop() reports it.
   void node(std::string_view name, std::function<void(Run&)> body);
 
   // The channel of the edge from -> to, made on first use; it lives as long as the session. An edge that is not there,
@@ -103,11 +108,11 @@ class Session {
   Status tick(std::string_view node, std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now());
 
   // Starts all threads. Errors: everything that was wrong with node() and channel() calls, a node without a function
-  // (kCaller); a plan that cannot be made; CPUs that cannot be had (kEnvironment).
+  // (kCaller); a plan that cannot be made; CPUs or threads that cannot be had (kEnvironment).
   Status start();
   // Waits for runs that are under way and until on_notice has been told all, restores scheduling, closes the record.
   // May be called twice. Errors: it is called by a node's function or on_notice (kCaller), and then does nothing; the
-  // first error of the record.
+  // first error of the record; calls of node() and channel() that came too late (kCaller).
   Status stop();
 
   // While it runs: other weights, bounds or CPUs from now on, all of them or, where anything is wrong, none. A plan for

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "api/in_one_process.h"
 #include "os/linux/linux_os.h"
 #include "runtime/client_engine.h"
 #include "runtime/socket_path.h"
@@ -22,16 +23,9 @@ void AttachedNode::take(Run& run, std::string_view from, std::uint64_t first, st
 }
 void AttachedNode::end(Run& run) { port_of(port_).end(run); }
 
-class Client::Impl {
+class Client::Impl : public api::InOneProcess<runtime::ClientEngine> {
  public:
-  Impl(std::unique_ptr<os::Os> system, std::unique_ptr<runtime::ClientEngine> engine)
-      : os_(std::move(system)), engine_(std::move(engine)) {}
-
-  runtime::ClientEngine& engine() { return *engine_; }
-
- private:
-  std::unique_ptr<os::Os> os_;  // outlives the engine
-  std::unique_ptr<runtime::ClientEngine> engine_;
+  using InOneProcess::InOneProcess;
 };
 
 Result<Client> Client::connect(const ClientOptions& options) {
@@ -51,7 +45,7 @@ Result<Client> Client::connect(const ClientOptions& options) {
                                                .wait = to_nanos(Millis{1000.0 * options.wait_seconds}),
                                                .on_notice = options.on_notice});
   if (!engine) return engine.error();
-  return Client(std::make_unique<Impl>(std::move(system), std::move(*engine)));
+  return Client(std::make_unique<Impl>("client", std::move(system), std::move(*engine)));
 }
 
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -60,28 +54,38 @@ Client& Client::operator=(Client&&) noexcept = default;
 Client::~Client() = default;
 
 void Client::node(std::string_view name, std::function<void(Run&)> body) {
-  impl_->engine().wiring().set_body(name, std::move(body));
+  if (impl_->here()) impl_->engine().wiring().set_body(name, std::move(body));
 }
 
 ChannelBase& Client::open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
                                   MakeChannel make) {
-  return impl_->engine().wiring().open_channel(from, to, queue, type, make);
+  runtime::Wiring& wiring = impl_->engine().wiring();
+  return impl_->here() ? wiring.open_channel(from, to, queue, type, make) : wiring.unconnected_channel(make);
 }
 
-Status Client::start() { return impl_->engine().start(); }
+Status Client::start() {
+  return impl_->ask([](runtime::ClientEngine& engine) { return engine.start(); });
+}
 
 Result<AttachedNode> Client::attach(std::string_view name) {
-  const Result<runtime::NodePort*> port = impl_->engine().attach(name);
+  const Result<runtime::NodePort*> port =
+      impl_->ask([&](runtime::ClientEngine& engine) { return engine.attach(name); });
   if (!port) return port.error();
   return AttachedNode(*port);
 }
 
-Status Client::adopt_this_thread(std::string_view node) { return impl_->engine().adopt_this_thread(node); }
+Status Client::adopt_this_thread(std::string_view node) {
+  return impl_->ask([&](runtime::ClientEngine& engine) { return engine.adopt_this_thread(node); });
+}
 
-Status Client::share_thread(int thread) { return impl_->engine().share_thread(os::ThreadId{thread}); }
+Status Client::share_thread(int thread) {
+  return impl_->ask([&](runtime::ClientEngine& engine) { return engine.share_thread(os::ThreadId{thread}); });
+}
 
-void Client::stop() { impl_->engine().stop(); }
+void Client::stop() {
+  if (impl_->here()) impl_->engine().stop();
+}
 
-bool Client::served() const { return impl_->engine().served(); }
+bool Client::served() const { return impl_->here() && impl_->engine().served(); }
 
 }  // namespace ctn

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "api/in_one_process.h"
 #include "api/policies.h"
 #include "api/session_access.h"
 #include "config/app_file.h"
@@ -14,16 +15,9 @@
 
 namespace ctn {
 
-class Session::Impl {
+class Session::Impl : public api::InOneProcess<runtime::Engine> {
  public:
-  Impl(std::unique_ptr<os::Os> system, std::unique_ptr<runtime::Engine> engine)
-      : os_(std::move(system)), engine_(std::move(engine)) {}
-
-  runtime::Engine& engine() { return *engine_; }
-
- private:
-  std::unique_ptr<os::Os> os_;  // outlives the engine
-  std::unique_ptr<runtime::Engine> engine_;
+  using InOneProcess::InOneProcess;
 };
 
 Result<Session> Session::open(const std::string& app_file, const SessionOptions& options) {
@@ -59,7 +53,7 @@ Result<Session> SessionAccess::open(graph::App app, const SessionOptions& option
                                .flight_bytes = static_cast<std::size_t>(options.flight_recorder_mib) << 20U,
                                .on_notice = options.on_notice});
   if (!engine) return engine.error();
-  return Session(std::make_unique<Session::Impl>(std::move(system), std::move(*engine)));
+  return Session(std::make_unique<Session::Impl>("session", std::move(system), std::move(*engine)));
 }
 
 Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -68,31 +62,42 @@ Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;
 
 void Session::node(std::string_view name, std::function<void(Run&)> body) {
-  impl_->engine().wiring().set_body(name, std::move(body));
+  if (impl_->here()) impl_->engine().wiring().set_body(name, std::move(body));
 }
 
 ChannelBase& Session::open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
                                    MakeChannel make) {
-  return impl_->engine().wiring().open_channel(from, to, queue, type, make);
+  runtime::Wiring& wiring = impl_->engine().wiring();
+  return impl_->here() ? wiring.open_channel(from, to, queue, type, make) : wiring.unconnected_channel(make);
 }
 
-Status Session::adopt_this_thread(std::string_view node) { return impl_->engine().adopt_this_thread(node); }
+Status Session::adopt_this_thread(std::string_view node) {
+  return impl_->ask([&](runtime::Engine& engine) { return engine.adopt_this_thread(node); });
+}
 
 // The steady clock is the monotonic one.
 Status Session::tick(std::string_view node, std::chrono::steady_clock::time_point at) {
-  return impl_->engine().tick(node, TimePoint{std::chrono::duration_cast<Nanos>(at.time_since_epoch())});
+  const TimePoint time{std::chrono::duration_cast<Nanos>(at.time_since_epoch())};
+  return impl_->ask([&](runtime::Engine& engine) { return engine.tick(node, time); });
 }
 
-Status Session::start() { return impl_->engine().start(); }
+Status Session::start() {
+  return impl_->ask([](runtime::Engine& engine) { return engine.start(); });
+}
 
-Status Session::stop() { return impl_->engine().stop(); }
+Status Session::stop() {
+  if (!impl_->here()) return Done{};
+  return impl_->engine().stop();
+}
 
-Status Session::change(const Changes& changes) { return impl_->engine().change(changes); }
+Status Session::change(const Changes& changes) {
+  return impl_->ask([&](runtime::Engine& engine) { return engine.change(changes); });
+}
 
-Snapshot Session::snapshot() const { return impl_->engine().snapshot(); }
+Snapshot Session::snapshot() const { return impl_->here() ? impl_->engine().snapshot() : Snapshot{}; }
 
 Status Session::save_flight(const std::string& path, const std::string& why) const {
-  return impl_->engine().save_flight(path, why);
+  return impl_->ask([&](runtime::Engine& engine) { return engine.save_flight(path, why); });
 }
 
 }  // namespace ctn

@@ -104,16 +104,12 @@ class Simulation::Impl {
           simulation_->use_channel(consumer, input, channel);
         }) {}
 
-  void set_body(std::string_view name, std::function<void(Run&)> body) {
-    if (in_time("node", name)) connections_.set_body(name, std::move(body));
-  }
+  void set_body(std::string_view name, std::function<void(Run&)> body) { connections_.set_body(name, std::move(body)); }
   void set_effect(std::string_view name, std::function<void(Run&)> effect) {
-    if (in_time("on_effect", name)) connections_.set_effect(name, std::move(effect));
+    connections_.set_effect(name, std::move(effect));
   }
   ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
                             MakeChannel make) {
-    if (!in_time(queue ? "queue" : "channel", fmt::format("{} -> {}", from, to)))
-      return connections_.unconnected_channel(make);
     return connections_.open_channel(from, to, queue, type, make);
   }
 
@@ -129,11 +125,16 @@ class Simulation::Impl {
     if (!started_) {
       if (Status known = check_costs(); !known) return known;
       hand_over();
+      connections_.close("time has begun to pass", "call it before run_for()");
       started_ = true;
     }
     running_ = true;
     simulation_->run_for(duration);
     running_ = false;
+    for (std::string& misuse : connections_.take_misuses()) {
+      connections_.add_problem(std::move(misuse), "pass values along the app's edges");
+    }
+    if (Status used = connections_.check(false); !used) return used;
     return simulation_->status();
   }
 
@@ -148,12 +149,6 @@ class Simulation::Impl {
   }
 
  private:
-  bool in_time(std::string_view call, std::string_view of) {
-    if (!started_) return true;
-    connections_.add_problem(fmt::format("{}(\"{}\"): time has begun to pass", call, of), "call it before run_for()");
-    return false;
-  }
-
   // A node without a function cannot charge its runs.
   Status check_costs() const {
     std::vector<Problem> problems;

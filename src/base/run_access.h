@@ -2,12 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "base/ids.h"
 #include "base/time.h"
 #include "catan/channel.h"
 #include "catan/run.h"
@@ -31,6 +33,7 @@ class RunAccess {
     run.inputs_.assign(inputs, Input{});
   }
 
+  static void set_node(Run& run, NodeId node) { run.node_ = static_cast<std::uint32_t>(node.index()); }
   static void set_threads(Run& run, int threads) { run.threads_ = threads; }
 
   // For age(): when it begins, and its inputs by predecessor. `edges` outlives the run.
@@ -50,6 +53,27 @@ class RunAccess {
 
   static void consume(Run& run, std::size_t input, std::uint64_t first, std::uint64_t last, Origin origin) {
     run.inputs_[input] = {first, last, origin};
+  }
+
+  // From now on only runs of these two nodes may use it.
+  static void connect(ChannelBase& channel, NodeId producer, NodeId consumer) {
+    channel.producer_ = static_cast<std::uint32_t>(producer.index());
+    channel.consumer_ = static_cast<std::uint32_t>(consumer.index());
+  }
+  // No run may.
+  static void leave_unconnected(ChannelBase& channel) { channel.producer_ = channel.consumer_ = Run::kNoNode; }
+
+  struct Misuse {
+    std::optional<NodeId> node;  // none: a run of no node
+    bool writes = false;
+  };
+  // The first use of the channel by a run that may not; told once. By one thread at a time.
+  static std::optional<Misuse> take_misuse(ChannelBase& channel) {
+    const std::uint64_t noted = channel.misuse_.load(std::memory_order_relaxed);
+    if (noted >= ChannelBase::kToldMisuse) return std::nullopt;
+    channel.misuse_.store(ChannelBase::kToldMisuse, std::memory_order_relaxed);
+    const bool known = noted >> 1U != Run::kNoNode;
+    return Misuse{known ? std::optional(NodeId(noted >> 1U)) : std::nullopt, (noted & 1U) != 0};
   }
 
   // What the run was charged since this was last asked; none: nothing.

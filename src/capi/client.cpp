@@ -25,8 +25,11 @@ struct catan_client {
 
 namespace {
 
-ctn::ClientOptions options_of(const catan_client_options* given) {
-  const catan_client_options options = ctn::capi::with_defaults(given, catan_client_options CATAN_CLIENT_OPTIONS);
+ctn::Result<ctn::ClientOptions> options_of(const catan_client_options* given) {
+  const ctn::Result<catan_client_options> known = ctn::capi::with_defaults(
+      given, catan_client_options CATAN_CLIENT_OPTIONS, sizeof(catan_client_options), "CATAN_CLIENT_OPTIONS");
+  if (!known) return known.error();
+  const catan_client_options& options = *known;
   ctn::ClientOptions result;
   result.socket = ctn::capi::text_of(options.socket);
   result.app = ctn::capi::text_of(options.app);
@@ -40,7 +43,9 @@ ctn::ClientOptions options_of(const catan_client_options* given) {
 catan_client* catan_client_connect(const catan_client_options* options, catan_error** error) {
   std::unique_ptr<catan_client> handle;
   ctn::capi::guarded(error, [&]() -> ctn::Status {
-    ctn::Result<ctn::Client> client = ctn::Client::connect(options_of(options));
+    const ctn::Result<ctn::ClientOptions> chosen = options_of(options);
+    if (!chosen) return chosen.error();
+    ctn::Result<ctn::Client> client = ctn::Client::connect(*chosen);
     if (!client) return client.error();
     handle = std::make_unique<catan_client>(std::move(*client));
     return ctn::Done{};

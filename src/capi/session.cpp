@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -22,7 +23,11 @@ namespace ctn::capi {
 namespace {
 
 Result<SessionOptions> options_of(const catan_session_options* given) {
-  const catan_session_options options = with_defaults(given, catan_session_options CATAN_SESSION_OPTIONS);
+  const Result<catan_session_options> known =
+      with_defaults(given, catan_session_options CATAN_SESSION_OPTIONS, offsetof(catan_session_options, frames),
+                    "CATAN_SESSION_OPTIONS");
+  if (!known) return known.error();
+  const catan_session_options& options = *known;
   SessionOptions result;
   if (options.policy != nullptr) result.policy = options.policy;
   if (options.cpus != nullptr) result.cpus.assign(options.cpus, options.cpus + options.cpu_count);

@@ -51,7 +51,8 @@ class Threads {
   virtual int current_cpu() = 0;
   // Live threads of a process, ascending. kEnvironment when it is gone.
   virtual Result<std::vector<ThreadId>> threads(ProcessId process) = 0;
-  // A new thread at the ordinary level, under a name of at most 15 characters (longer ones are cut).
+  // A new thread at the ordinary level, under a name of at most 15 characters (longer ones are cut). Throws
+  // std::system_error where the system has no thread left (thread_limit.h).
   virtual std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) = 0;
   // As its program has named it; empty when it is gone, or has no name.
   virtual std::string thread_name(ThreadId thread) = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "config/app_file.h"
+#include "os/thread_limit.h"
 
 namespace ctn::runtime {
 namespace {
@@ -35,19 +36,22 @@ ClientEngine::~ClientEngine() { stop(); }
 
 Status ClientEngine::connect_first() {
   Status done = Done{};
-  watcher_.start("catan-link", [this, &done](std::optional<ServerWatch>& watch) {
-    done = dial_first(watch);
-    connected_.store(1, std::memory_order_release);
-    os_.wake(connected_);
-    if (!watch) return;
-    watch->run();
-    while (watcher_.sleep_until(kNever)) {
-    }
-    watch->leave();
+  const Status made = os::within_thread_limit([&]() -> Status {
+    watcher_.start("catan-link", [this, &done](std::optional<ServerWatch>& watch) {
+      done = dial_first(watch);
+      connected_.store(1, std::memory_order_release);
+      os_.wake(connected_);
+      if (!watch) return;
+      watch->run();
+      while (watcher_.sleep_until(kNever)) {
+      }
+      watch->leave();
+    });
+    while (connected_.load(std::memory_order_acquire) == 0) os_.wait(connected_, 0, kNever);
+    if (done) notices_.start();
+    return Done{};
   });
-  while (connected_.load(std::memory_order_acquire) == 0) os_.wait(connected_, 0, kNever);
-  if (done) notices_.start();
-  return done;
+  return made ? done : made;
 }
 
 Status ClientEngine::dial_first(std::optional<ServerWatch>& watch) {
@@ -86,13 +90,19 @@ Status ClientEngine::take_first(os::SharedMemory memory, std::optional<ServerWat
 
 Status ClientEngine::start() {
   if (Status wired = wiring_->check(false); !wired) return wired;
-  for (const auto& [node, thread] : nodes_->spawn()) {
-    if (Status joined = join(node, thread); !joined) {
-      stop();
-      return joined;
-    }
+  wiring_->close([this](const std::string& problem) { notices_.notices().add({os_.now(), "too-late", problem}); });
+  if (Status made = os::within_thread_limit([this] { return start_nodes(); }); !made) {
+    stop();
+    return made;
   }
   nodes_->go();
+  return Done{};
+}
+
+Status ClientEngine::start_nodes() {
+  for (const auto& [node, thread] : nodes_->spawn()) {
+    if (Status joined = join(node, thread); !joined) return joined;
+  }
   return Done{};
 }
 

@@ -64,6 +64,7 @@ class ClientEngine {
   Status connect_first();
   Status dial_first(std::optional<ServerWatch>& watch);
   Status take_first(os::SharedMemory memory, std::optional<ServerWatch>& watch);
+  Status start_nodes();
   Result<NodeId> own_node(std::string_view node) const;
   Status join(NodeId node, os::ThreadId thread);
 

@@ -39,6 +39,11 @@ void Collector::collect() {
   }
 }
 
+void Collector::note_misuses() {
+  if (!from_.channels.misuses) return;
+  for (const std::string& misuse : from_.channels.misuses()) log_.notice({os_.now(), "channel-misuse", misuse});
+}
+
 void Collector::note_ignored_wakes() {
   std::uint64_t ignored_wakes = 0;
   for (const auto& controller : from_.controllers) ignored_wakes += controller->ignored_wakes();
@@ -63,8 +68,8 @@ void Collector::note_losses() {
   }
   for (const auto& controller : from_.controllers) losses += controller->lost_reports();
   std::string edges;
-  if (from_.dropped) {
-    for (const auto& [edge, count] : from_.dropped()) {
+  if (from_.channels.dropped) {
+    for (const auto& [edge, count] : from_.channels.dropped()) {
       losses += count;
       edges += fmt::format("; {} values on {}", count, edge);
     }

@@ -28,15 +28,20 @@
 
 namespace ctn::runtime {
 
-// Values that were lost on their way between nodes, by edge name ("scan -> GL").
-using Dropped = std::function<std::vector<std::pair<std::string, std::uint64_t>>()>;
+// What channels between nodes of this process tell (connections.h). May be empty.
+struct ChannelNews {
+  // Values that were lost on their way, by edge name ("scan -> GL").
+  std::function<std::vector<std::pair<std::string, std::uint64_t>>()> dropped;
+  // Uses by nodes that may not, since this was last asked.
+  std::function<std::vector<std::string>()> misuses;
+};
 
 // What is collected from. References outlive the collector.
 struct Reporting {
   Links& links;
   const std::vector<std::unique_ptr<ControllerThread>>& controllers;
   RegisteredNodes& registered;
-  Dropped dropped;  // may be empty
+  ChannelNews channels;
 };
 
 class Collector : private ReportSink {
@@ -47,8 +52,10 @@ class Collector : private ReportSink {
 
   // All that was reported since the last call.
   void collect();
-  // Says what was lost, how often controllers were flooded, and what the kernel took. About once a second.
+  // Says what was lost, which channels were misused, how often controllers were flooded, and what the kernel took.
+  // About once a second.
   void note_losses();
+  void note_misuses();
   void note_ignored_wakes();
   void check_starvation();
   bool has_pending_starvation() const { return starvation_.has_pending(); }

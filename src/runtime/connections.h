@@ -1,9 +1,11 @@
 // What a program has said about its nodes: their functions and the channels between them, checked against the app.
 // Mistakes are collected and reported all at once. A session's wiring and a simulation share it.
 //
-// Thread safety: none until nodes run; from then on nothing here changes.
+// Thread safety: none until close(), before nodes run. From then on nothing here changes but what is wrong, and any
+// thread may call all but close().
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -15,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/guarded.h"
 #include "base/result.h"
 #include "catan/channel.h"
 #include "catan/run.h"
@@ -49,6 +52,13 @@ class Connections {
   const NodeBody& effect(NodeId node) const { return effects_[node.index()]; }
   // Values that queue channels lost, by edge name ("scan -> GL").
   std::vector<std::pair<std::string, std::uint64_t>> dropped() const;
+  using OnLate = std::function<void(const std::string& problem)>;
+  // Nodes run from now on. Calls that would change something do nothing and are wrong, for the reason `why`, which
+  // `on_late` is told once each.
+  void close(std::string why, std::string hint, OnLate on_late = {});
+  // Uses of channels by runs of other nodes than their two, each channel's first, in words; what was not told before.
+  // None before close(). By one thread at a time, which may be another than the one that opens channels.
+  std::vector<std::string> take_misuses() const;
 
  private:
   struct OpenChannel {
@@ -56,6 +66,14 @@ class Connections {
     std::unique_ptr<ChannelBase> channel;
   };
 
+  struct Late {
+    std::string why;
+    std::string hint;
+    OnLate on_late;  // may be empty
+  };
+
+  // Whether the call comes too late. Then it is noted.
+  bool is_late(const std::string& call);
   void set(std::vector<NodeBody>& functions, const char* call, std::string_view node, NodeBody function);
 
   const graph::App& app_;
@@ -63,8 +81,10 @@ class Connections {
   std::vector<NodeBody> bodies_;
   std::vector<NodeBody> effects_;
   std::map<std::pair<NodeId, NodeId>, OpenChannel> channels_;
-  std::vector<std::unique_ptr<ChannelBase>> unconnected_;
-  std::vector<Problem> problems_;
+  Guarded<std::vector<std::unique_ptr<ChannelBase>>> unconnected_;
+  Guarded<std::vector<Problem>> problems_;
+  Late late_;  // from close() on
+  std::atomic<bool> closed_{false};
 };
 
 }  // namespace ctn::runtime

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "os/thread_limit.h"
+
 namespace ctn::runtime {
 
 Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, EngineOptions options) {
@@ -15,7 +17,8 @@ Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, Engin
       Scheduler::create(engine->app_, os, std::move(options), std::move(*cpus), engine->memory_.region());
   if (!scheduler) return scheduler.error();
   engine->scheduler_ = std::move(*scheduler);
-  engine->scheduler_->watch_dropped([&wiring = engine->wiring_] { return wiring.dropped(); });
+  engine->scheduler_->watch_channels({.dropped = [&wiring = engine->wiring_] { return wiring.dropped(); },
+                                      .misuses = [&wiring = engine->wiring_] { return wiring.take_misuses(); }});
   return engine;
 }
 
@@ -31,9 +34,8 @@ Engine::~Engine() { static_cast<void>(stop()); }
 Status Engine::start() {
   if (state_ != State::kNew) return Error::caller("the session was started before", "open another");
   if (Status wired = wiring_.check(true); !wired) return wired;
-  if (Status ready = scheduler_->prepare(); !ready) return ready;
   state_ = State::kRunning;
-  if (Status started = start_nodes(); !started) {
+  if (Status started = os::within_thread_limit([this] { return prepare_and_start(); }); !started) {
     static_cast<void>(stop());
     return started;
   }
@@ -41,7 +43,12 @@ Status Engine::start() {
   return Done{};
 }
 
-Status Engine::start_nodes() {
+Status Engine::prepare_and_start() {
+  if (Status ready = scheduler_->prepare(); !ready) {
+    state_ = State::kNew;  // nothing to stop, and it may be started again
+    return ready;
+  }
+  wiring_.close([this](const std::string& problem) { scheduler_->notice("too-late", problem); });
   for (const auto& [node, thread] : nodes_.spawn()) {
     if (Status joined = scheduler_->join(node, os_.current_process(), thread); !joined) return joined;
   }
@@ -58,6 +65,7 @@ Status Engine::stop() {
   scheduler_->end_scheduling();
   nodes_.stop();
   stopped_ = scheduler_->finish();
+  if (stopped_) stopped_ = wiring_.check(true);
   return stopped_;
 }
 

@@ -51,7 +51,7 @@ class Engine {
  private:
   Engine(graph::App app, os::Os& os, std::size_t cores);
 
-  Status start_nodes();
+  Status prepare_and_start();
 
   graph::App app_;
   os::Os& os_;

@@ -1,8 +1,10 @@
 // The whole runtime in virtual time: real threads, real channels, the fake operating system. Every figure is exact.
 #include "runtime/engine.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <set>
@@ -299,6 +301,83 @@ TEST_F(TrackerTest, MistakesInTheWiringAreToldAllAtOnce) {
   const Status started = engine->start();
   ASSERT_FALSE(started.ok());
   EXPECT_EQ(started.error().problems().size(), 7U) << started.error().message();  // and four nodes without a function
+}
+
+TEST_F(TrackerTest, ChannelsAreOnlyForTheirTwoNodesAndOthersAreTold) {
+  Result<std::unique_ptr<Engine>> made = Engine::create(tracker_app(), fake, options("default", 1));
+  ASSERT_TRUE(made.ok());
+  engine = std::move(*made);
+  Channel<int>& frames = channel<int>(*engine, "camera", "detect");
+  Channel<int>& results = channel<int>(*engine, "detect", "plan");
+  int read_by_others = 0;
+  std::vector<int> seen;  // by the consumers
+  engine->wiring().set_body("camera", [&](ctn::Run& run) {
+    frames.write(run, 1);
+    if (frames.read(run) != nullptr) ++read_by_others;
+  });
+  engine->wiring().set_body("detect", [&](ctn::Run& run) {
+    if (const int* frame = frames.read(run)) seen.push_back(*frame);
+    results.write(run, 2);
+  });
+  engine->wiring().set_body("plan", [&](ctn::Run& run) {
+    if (const int* result = results.read(run)) seen.push_back(*result);
+    frames.write(run, -1);  // told of no more than the camera's read
+  });
+  engine->wiring().set_body("motor", [&](ctn::Run& run) { results.write(run, -1); });
+  const Snapshot snapshot = run_for(seconds{3});
+  EXPECT_EQ(read_by_others, 0);
+  ASSERT_GT(seen.size(), 100U);
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), -1), 0);
+  EXPECT_THAT(snapshot.notices,
+              testing::UnorderedElementsAre(
+                  "channel-misuse: node camera reads from channel camera -> detect, which is not its own, and gets "
+                  "nothing; only detect may read there",
+                  "channel-misuse: node motor writes to channel detect -> plan, which is not its own, and nothing is "
+                  "written; only detect may write there"));
+}
+
+TEST_F(TrackerTest, WhatIsWiredAfterTheStartChangesNothingAndIsTold) {
+  open("catan", 1, fake);
+  const Channel<int>* const frames = &channel<int>(*engine, "camera", "detect");
+  ASSERT_TRUE(engine->start().ok());
+  int strange_runs = 0;
+  engine->wiring().set_body("camera", [&](ctn::Run&) { ++strange_runs; });
+  channel<double>(*engine, "camera", "detect");
+  channel<double>(*engine, "camera", "detect");  // told of once
+  EXPECT_EQ(&channel<int>(*engine, "camera", "detect"), frames) << "what is there already may be asked for";
+  fake.sleep_until(fake.now() + seconds{2});
+  const Snapshot snapshot = engine->snapshot();
+  const Status stopped = engine->stop();
+  EXPECT_EQ(strange_runs, 0);
+  EXPECT_GT(taken[0].size(), 10U);
+  EXPECT_THAT(snapshot.notices,
+              testing::ElementsAre(testing::StartsWith("too-late: node(\"camera\"): "),
+                                   testing::StartsWith("too-late: channel(\"camera\", \"detect\"): ")));
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.error().kind(), ErrorKind::kCaller);
+  EXPECT_EQ(stopped.error().problems().size(), 2U) << stopped.error().message();
+}
+
+TEST_F(TrackerTest, WhereNoThreadCanBeMadeTheStartFailsAndNothingStays) {
+  os::FaultyOs faulty(fake);
+  on_notice = [](const std::string&) {};  // one thread more
+  for (int made = 0;; ++made) {
+    SCOPED_TRACE(made);
+    open("catan", 1, faulty);
+    if (made > 0) faulty.pass_next(os::Call::kSpawn, made);
+    faulty.fail_next(os::Call::kSpawn, 1);
+    const Status started = engine->start();
+    if (started) {
+      EXPECT_GE(made, 7) << "four nodes, a controller, housekeeping, notices";
+      break;
+    }
+    EXPECT_EQ(started.error().kind(), ErrorKind::kEnvironment);
+    EXPECT_THAT(started.error().message(), testing::HasSubstr("ulimit -u"));
+    EXPECT_EQ(fake.threads(fake.current_process())->size(), 1U) << "this one";
+    EXPECT_TRUE(engine->stop().ok());
+  }
+  EXPECT_TRUE(engine->stop().ok());
+  engine.reset();  // it goes before `faulty`
 }
 
 TEST_F(TrackerTest, ACpuThatIsNotThereIsTheCallersMistake) {

@@ -86,6 +86,7 @@ void Housekeeping::step(TimePoint& next_flush) {
   if (time_to_flush) {
     next_flush = now + kFlushEvery;
     collector_.note_losses();
+    collector_.note_misuses();
     collector_.note_ignored_wakes();
     log_.flush(now);
     keep_places(now);
@@ -113,6 +114,7 @@ void Housekeeping::carry_out_changes(TimePoint now) {
 Status Housekeeping::finish() {
   collector_.collect();
   collector_.note_losses();
+  collector_.note_misuses();
   collector_.check_starvation();
   Status closed = log_.close(os_.now(), os_.host_facts());
   if (recorder_ != nullptr) recorder_->end();

@@ -144,6 +144,7 @@ void NodePort::stop() {
 
 NodePort::Runs::Runs(os::Os& os, const graph::Graph& graph, NodeId node, Shared& shared)
     : os_(os),
+      id_(node),
       node_(graph.node(node)),
       is_source_(is_source(graph, node)),
       paces_itself_(node_.unscheduled && !node_.follows),
@@ -215,6 +216,7 @@ void NodePort::Runs::begin(Run& run) {
     number_ = std::max(number_, binding_->own->number.load(std::memory_order_acquire));
   }
   RunAccess::reset(run, ++number_, edges_.size());
+  RunAccess::set_node(run, id_);
   RunAccess::set_threads(run, threads_planned());
   binding_->own->number.store(number_, std::memory_order_relaxed);
   if (thread_ == 0) thread_ = static_cast<std::int32_t>(os_.current_thread());

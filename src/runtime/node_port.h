@@ -150,6 +150,7 @@ class NodePort {
     void read_other_threads();
 
     os::Os& os_;
+    const NodeId id_;
     const graph::Node& node_;
     const bool is_source_;
     const bool paces_itself_;  // its thread says when it runs

@@ -21,16 +21,21 @@ std::vector<std::pair<NodeId, os::ThreadId>> NodeThreads::spawn() {
       os_.wake(ended_count_);
     }));
   }
-  for (std::uint32_t ready = 0; ready < threads_.size();) {
-    os_.wait(ready_, ready, kNever);
-    ready = ready_.load(std::memory_order_acquire);
-  }
+  await_ready();
   std::vector<std::pair<NodeId, os::ThreadId>> threads;
   for (std::size_t index = 0; index < nodes; ++index) {
     const std::int32_t number = numbers_[index].load(std::memory_order_relaxed);
     if (number != 0) threads.emplace_back(NodeId(index), os::ThreadId{number});
   }
   return threads;
+}
+
+// From then on it is known which number each has.
+void NodeThreads::await_ready() {
+  for (std::uint32_t ready = 0; ready < threads_.size();) {
+    os_.wait(ready_, ready, kNever);
+    ready = ready_.load(std::memory_order_acquire);
+  }
 }
 
 void NodeThreads::go() {
@@ -49,6 +54,7 @@ void NodeThreads::request_stop() {
 // told until it has.
 void NodeThreads::stop() {
   constexpr Nanos kAgain = std::chrono::milliseconds{20};
+  await_ready();
   request_stop();
   go();
   for (;;) {

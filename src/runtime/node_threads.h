@@ -24,7 +24,8 @@ class NodeThreads {
   NodeThreads(const NodeThreads&) = delete;
   NodeThreads& operator=(const NodeThreads&) = delete;
 
-  // Makes a thread for each node that has a function; they wait for go(). Returns which is whose.
+  // Makes a thread for each node that has a function; they wait for go(). Returns which is whose. Throws as
+  // Threads::spawn() does; then those that were made are there, and stop() ends them.
   std::vector<std::pair<NodeId, os::ThreadId>> spawn();
   void go();
   // Lets runs that are under way end, and joins. Before go() no run begins any more.
@@ -35,6 +36,7 @@ class NodeThreads {
   bool is_current() const;
 
  private:
+  void await_ready();
   void run(NodeId node);
   void run_when_triggered(NodeId node);
   void run_by_timer(NodeId node, Nanos period);

@@ -128,7 +128,7 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
                    Reporting{.links = of.links_,
                              .controllers = controllers.all(),
                              .registered = of.registered_,
-                             .dropped = of.dropped_},
+                             .channels = of.channels_},
                    measurements, of.notices_, std::move(writer), recorder.get(), std::move(loop)) {}
 
 void Scheduler::keep_cpus_ready() {

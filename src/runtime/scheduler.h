@@ -80,8 +80,8 @@ class Scheduler {
 
   const graph::App& app() const { return app_; }
 
-  // Values that were lost on their way between nodes, by edge: for the losses that are told. Before prepare().
-  void watch_dropped(Dropped dropped) { dropped_ = std::move(dropped); }
+  // Before prepare().
+  void watch_channels(ChannelNews channels) { channels_ = std::move(channels); }
 
   // Makes the first plan, opens the record. Errors: a plan that cannot be made or read, rates that are not set, a
   // record that cannot be made.
@@ -161,7 +161,7 @@ class Scheduler {
   const os::CpuSet cpus_;  // that were given
   const Region& region_;
   Links links_;
-  Dropped dropped_;
+  ChannelNews channels_;
   NoticeThread notice_thread_;
   driver::Notices& notices_;
   RegisteredNodes registered_;

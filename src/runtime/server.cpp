@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "os/linux/process.h"
+#include "os/thread_limit.h"
 #include "runtime/control.h"
 #include "runtime/socket_path.h"
 
@@ -82,6 +83,10 @@ Server::~Server() {
 }
 
 Status Server::start() {
+  return os::within_thread_limit([this] { return start_all(); });
+}
+
+Status Server::start_all() {
   if (Status added = poller_->add(listener_.socket(), kListener); !added) return added;
   if (Status ready = scheduler_->prepare(); !ready) return ready;
   started_ = true;

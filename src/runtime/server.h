@@ -70,6 +70,8 @@ class Server {
   Result<os::Descriptor> flight() const { return scheduler_->flight(); }
 
  private:
+  Status start_all();
+
   struct Client {
     os::Connection connection;
     Registry::ProgramId program;

@@ -26,7 +26,14 @@ TimePoint ServerWatch::step(TimePoint now, bool gone) {
   if (state_ != State::kServed) return run_without_server(now);
   regions_.drop_old(program_.wiring, running());
   if (program_.registered.has_untold()) tell_shared();
+  tell_misuses();
   return heartbeat_.next_check();
+}
+
+void ServerWatch::tell_misuses() {
+  for (const std::string& misuse : program_.wiring.take_misuses()) {
+    program_.notices.add({program_.os.now(), "channel-misuse", misuse});
+  }
 }
 
 // Where the server does not answer, the link says so at the next step, and the next server is told of all.
@@ -40,6 +47,7 @@ void ServerWatch::tell_shared() {
 }
 
 void ServerWatch::leave() {
+  tell_misuses();
   bool all_left = true;
   // One that does nothing is not asked.
   if (state_ != State::kServed) program_.link.hang_up();

@@ -70,6 +70,7 @@ class ServerWatch {
 
   void set(State state);
   void tell_shared();
+  void tell_misuses();
   bool server_alive(TimePoint now);
   void begin_heartbeat();
   void lose_server(TimePoint now, bool gone);

@@ -1,5 +1,7 @@
 #include "runtime/wiring.h"
 
+#include <utility>
+
 namespace ctn::runtime {
 
 Wiring::Wiring(const graph::App& app, os::Os& os, const Region& region)
@@ -10,6 +12,10 @@ Wiring::Wiring(const graph::App& app, os::Os& os, const Region& region)
     const bool external = app.graph.nodes()[index].external;
     ports_.push_back(external ? nullptr : std::make_unique<NodePort>(os, app.graph, NodeId(index), region));
   }
+}
+
+void Wiring::close(Connections::OnLate on_late) {
+  connections_.close("its nodes run already, so that nothing is changed", "call it before start()", std::move(on_late));
 }
 
 }  // namespace ctn::runtime

@@ -1,7 +1,7 @@
 // The nodes that this process runs: their functions, their ports, the channels between them (connections.h). Made
 // before they start.
 //
-// Thread safety: none until the session runs; from then on nothing here changes but the ports.
+// Thread safety: none until the session runs; from then on nothing here changes but the ports and what is wrong.
 #pragma once
 
 #include <cstdint>
@@ -34,9 +34,13 @@ class Wiring {
                             MakeChannel make) {
     return connections_.open_channel(from, to, queue, type, make);
   }
+  ChannelBase& unconnected_channel(MakeChannel make) { return connections_.unconnected_channel(make); }
   Status check(bool all) const { return connections_.check(all); }
   const NodeBody& body(NodeId node) const { return connections_.body(node); }
   std::vector<std::pair<std::string, std::uint64_t>> dropped() const { return connections_.dropped(); }
+  // To those who call too late: the app has started.
+  void close(Connections::OnLate on_late);
+  std::vector<std::string> take_misuses() const { return connections_.take_misuses(); }
 
   NodePort* port(NodeId node) { return ports_[node.index()].get(); }  // null: external
 

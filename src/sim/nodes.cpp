@@ -11,11 +11,9 @@
 namespace ctn::sim {
 namespace {
 
-constexpr int kMaxThreads = 64;  // of a node, as in a session
-
 int threads_of_node(const graph::Node& node, int cores) {
   if (node.external) return 0;
-  return std::max(1, std::min({node.max_threads, cores, kMaxThreads}));
+  return std::max(1, std::min(node.max_threads, cores));
 }
 
 bool has_age_limits(const graph::Graph& graph) {
@@ -386,6 +384,7 @@ void Nodes::consume(Node& node) {
   const bool has_code = node.body || node.effect;
   if (has_code) {
     RunAccess::reset(node.seen, node.run.number, node.inputs.size());
+    RunAccess::set_node(node.seen, node.id);
     RunAccess::set_threads(node.seen, node.working);
     RunAccess::begin(node.seen, node.run.begin, node.edges);
     for (std::size_t index = 0; index < node.inputs.size(); ++index) {

@@ -22,9 +22,10 @@ static void test_version(void) {
   CHECK(strcmp(text, PROJECT_VERSION) == 0);
 }
 
-static void test_errors(void) {
+static void test_errors(const char* app) {
   catan_error* error = NULL;
   catan_client_options options = CATAN_CLIENT_OPTIONS;
+  catan_session_options session_options = CATAN_SESSION_OPTIONS;
   CHECK(catan_session_open("/nowhere/app.yaml", NULL, &error) == NULL);
   CHECK(error != NULL);
   CHECK(catan_error_status(error) == CATAN_CALLER || catan_error_status(error) == CATAN_ENVIRONMENT);
@@ -41,6 +42,19 @@ static void test_errors(void) {
   CHECK(catan_client_connect(&options, &error) == NULL);
   CHECK(catan_error_status(error) == CATAN_ENVIRONMENT);
   CHECK(strstr(catan_error_message(error), "/nowhere/catan.sock") != NULL);
+  catan_error_free(error);
+  error = NULL;
+  /* Options that do not say how large they are. */
+  memset(&options, 0, sizeof options);
+  CHECK(catan_client_connect(&options, &error) == NULL);
+  CHECK(catan_error_status(error) == CATAN_CALLER);
+  CHECK(strstr(catan_error_message(error), "begin with CATAN_CLIENT_OPTIONS") != NULL);
+  catan_error_free(error);
+  error = NULL;
+  memset(&session_options, 0, sizeof session_options);
+  CHECK(catan_session_open(app, &session_options, &error) == NULL);
+  CHECK(catan_error_status(error) == CATAN_CALLER);
+  CHECK(strstr(catan_error_message(error), "begin with CATAN_SESSION_OPTIONS") != NULL);
   catan_error_free(error);
   /* What is NULL is an error, or nothing. */
   CHECK(catan_session_start(NULL, NULL) == CATAN_CALLER);
@@ -232,7 +246,7 @@ int main(int argc, char** argv) {
   if (argc == 2 && strcmp(argv[1], "client") == 0) return test_client();
   if (argc != 3 || strcmp(argv[1], "session") != 0) return 2;
   test_version();
-  test_errors();
+  test_errors(argv[2]);
   test_mistakes_are_told_by_start(argv[2]);
   test_session(argv[2]);
   test_changes(argv[2]);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <system_error>
 #include <utility>
 
 namespace ctn::os {
@@ -30,6 +31,11 @@ std::optional<FaultyOs::Order> FaultyOs::next(Call call) {
 void FaultyOs::fail_next(Call call, int count, Error error) {
   assert(call != Call::kWait && call != Call::kSleepUntil);
   add(call, {count, std::move(error), false, Nanos{0}});
+}
+
+void FaultyOs::pass_next(Call call, int count) {
+  assert(call == Call::kSpawn);
+  add(call, {count, std::nullopt, false, Nanos{0}});
 }
 
 void FaultyOs::ignore_next(Call call, int count) {
@@ -95,6 +101,12 @@ Result<std::vector<ThreadId>> FaultyOs::threads(ProcessId process) {
   const std::lock_guard lock(mutex_);
   if (found.ok()) std::erase_if(*found, [&](ThreadId thread) { return lost_threads_.contains(thread); });
   return found;
+}
+
+std::unique_ptr<Thread> FaultyOs::spawn(const std::string& name, std::function<void()> body) {
+  const auto order = next(Call::kSpawn);
+  if (order && order->error) throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
+  return inner_.spawn(name, std::move(body));
 }
 
 Status FaultyOs::set_level(ThreadId thread, Level level) {

@@ -3,6 +3,7 @@
 //   FaultyOs os(inner);
 //   os.fail_next(Call::kSetLevel, 2, refused());   // the next two calls, then all is as `inner` again
 //   os.ignore_next(Call::kSetLevel, 1);            // the system says yes and does nothing: read-back finds it
+//   os.pass_next(Call::kSpawn, 2);                 // the next two calls are as `inner` has them; then the next order
 //   os.delay_next(Call::kWait, 3, 5ms);            // the next three return 5 ms late
 //   os.lose_thread(thread); os.lose_cpu(1);        // permanently
 //
@@ -27,6 +28,7 @@ enum class Call {
   kWait,
   kSleepUntil,
   kThreads,
+  kSpawn,  // throws std::system_error, as where there are too many threads; the error that was ordered is not told
   kSetLevel,
   kLevel,
   kSetAffinity,
@@ -50,6 +52,8 @@ class FaultyOs : public Os {
 
   // Precondition: a call that can fail (not kWait, not kSleepUntil); count > 0.
   void fail_next(Call call, int count, Error error = refused());
+  // Precondition: kSpawn; count > 0.
+  void pass_next(Call call, int count);
   // Precondition: kSetLevel or kSetAffinity; count > 0. The call leaves everything as it is, reads back, and so fails
   // unless what was asked is what was.
   void ignore_next(Call call, int count);
@@ -76,9 +80,7 @@ class FaultyOs : public Os {
   ThreadId current_thread() override { return inner_.current_thread(); }
   ThreadId main_thread(ProcessId process) override { return inner_.main_thread(process); }
   Result<std::vector<ThreadId>> threads(ProcessId process) override;
-  std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override {
-    return inner_.spawn(name, std::move(body));
-  }
+  std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override;
   std::string thread_name(ThreadId thread) override { return lost(thread) ? "" : inner_.thread_name(thread); }
   Status set_level(ThreadId thread, Level level) override;
   void shift_level(ThreadId thread, Level level) override;

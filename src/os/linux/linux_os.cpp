@@ -29,6 +29,7 @@
 #include "os/linux/power.h"
 #include "os/linux/scheduling.h"
 #include "os/linux/topology.h"
+#include "os/thread_limit.h"
 
 namespace ctn::os {
 namespace {
@@ -327,11 +328,13 @@ std::string LinuxOs::thread_name(ThreadId thread) {
 RealTimeFacts LinuxOs::real_time_facts() {
   RealTimeFacts facts;
   // On a thread of its own: the caller's level is never touched, and nothing is left to restore but a thread that ends.
-  std::thread([&] {
-    const Status permitted = scheduling_.try_levels(current_thread());
-    facts.permitted = permitted.ok();
-    if (!permitted.ok()) facts.why_not = permitted.error().message();
-  }).join();
+  const Status permitted = within_thread_limit([&] {
+    Status tried = Done{};
+    std::thread([&] { tried = scheduling_.try_levels(current_thread()); }).join();
+    return tried;
+  });
+  facts.permitted = permitted.ok();
+  if (!permitted.ok()) facts.why_not = permitted.error().message();
   const Reserve reserve = read_reserve(roots_);
   facts.reserved = reserve.fraction;
   facts.reserved_by = reserve.by;
