@@ -33,7 +33,7 @@ constexpr std::array<Keys, 3> kSchedules{"auto", "frames", "priorities"};
 constexpr std::array<Keys, 2> kOnStale{"run", "skip"};
 
 constexpr std::string_view kListHint = "write it as in [scan, LM, LP]";
-constexpr int kMaxThreads = 1024;
+constexpr int kMaxCores = 1024;
 constexpr int kMaxRuns = 1'000'000;
 
 }  // namespace
@@ -92,7 +92,7 @@ void AppReader::read_cores(const MapReader& map) {
     graph::CoreKindSpec kind;
     kind.name = {entry->key, entry->place};
     if (const Value* count = keys.find("count")) {
-      if (auto number = read_int(*count, keys.key_of("count"), 1, kMaxThreads, problems_)) kind.count = *number;
+      if (auto number = read_int(*count, keys.key_of("count"), 1, kMaxCores, problems_)) kind.count = *number;
     }
     if (const Value* speed = keys.find("speed")) {
       if (auto number = read_number(*speed, keys.key_of("speed"), problems_)) kind.speed = *number;
@@ -145,7 +145,7 @@ graph::NodeSpec AppReader::read_node(const Entry& entry, const std::string& key)
   optional("max_rate", read_rate, node.max_rate);
   optional("fallback_rate", read_rate, node.fallback_rate);
   if (const Value* threads = map.find("max_threads")) {
-    node.max_threads = read_int(*threads, map.key_of("max_threads"), 1, kMaxThreads, problems_);
+    node.max_threads = read_int(*threads, map.key_of("max_threads"), 1, graph::kMaxThreads, problems_);
   }
   if (const Value* trigger = map.find("trigger")) {
     constexpr std::array kBy{graph::TriggerBy::kTime, graph::TriggerBy::kArrival, graph::TriggerBy::kAny};

@@ -93,9 +93,7 @@ struct Pacing {
   friend bool operator==(const Pacing&, const Pacing&) = default;
 };
 
-// Nothing is triggered more often, whatever a plan says: nodes that cost next to nothing would otherwise keep their
-// controller, which outranks everything, busy without end.
-constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
+using graph::kShortestPeriod;
 
 // By no more than this part of its period a grid is moved with each trigger: far more than quartzes ask for, and so
 // little that no run feels it.

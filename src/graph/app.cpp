@@ -55,12 +55,16 @@ bool Graph::awaits_input(NodeId id) const {
 }
 
 Nanos Graph::output_period_up_to(NodeId id) const {
-  const std::optional<SubchainId> of = node(id).subchain;
-  if (!of) return node(id).output_period.value_or(Nanos{0});
+  return std::max(output_period_before(id), node(id).output_period.value_or(Nanos{0}));
+}
+
+Nanos Graph::output_period_before(NodeId id) const {
   Nanos longest{0};
+  const std::optional<SubchainId> of = node(id).subchain;
+  if (!of) return longest;
   for (const NodeId each : subchain(*of).nodes) {
-    longest = std::max(longest, node(each).output_period.value_or(Nanos{0}));
     if (each == id) break;
+    longest = std::max(longest, node(each).output_period.value_or(Nanos{0}));
   }
   return longest;
 }

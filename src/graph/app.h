@@ -34,6 +34,14 @@ enum class InputKind { kLatest, kQueue };
 enum class TriggerBy { kAny, kTime, kArrival };
 const char* to_string(TriggerBy trigger);  // as the app file has it
 
+// That work for one run of a node.
+inline constexpr int kMaxThreads = 64;
+
+// Nothing is triggered more often, whatever a plan says: nodes that cost next to nothing would otherwise keep their
+// controller, which outranks everything, busy without end.
+inline constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
+inline constexpr Rate kHighestTriggerRate = Rate::every(Millis{kShortestPeriod});
+
 struct Node {
   std::string name;
   InputKind input = InputKind::kLatest;
@@ -138,6 +146,8 @@ class Graph {
   // The longest output period of the nodes of its subchain up to it: no two of its outputs are closer together, since a
   // run of it follows outputs of those before. Of a node in no subchain its own. 0: none has any.
   Nanos output_period_up_to(NodeId id) const;
+  // That of the node before it in its subchain: no two of its runs are closer together. 0: as output_period_up_to().
+  Nanos output_period_before(NodeId id) const;
 
   // All nodes, predecessors before successors; ties in the order written.
   std::span<const NodeId> topological_order() const { return topological_; }

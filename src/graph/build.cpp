@@ -46,9 +46,14 @@ void AppBuilder::add_core_kinds() {
               "rename or remove one");
     }
     const int count = spec.count.value;
-    if (count < 1 || count > kMaxCores - cores) {
+    // One that is not written is 1, and has no place.
+    const bool written = spec.count.place.line > 0;
+    if (count < 1 || (written && count > kMaxCores - cores)) {
       problem(spec.count.place, key + ".count", fmt::format("{} cores are out of range", count),
               fmt::format("write a whole number from 1, at most {} for all kinds together", kMaxCores));
+    } else if (count > kMaxCores - cores) {
+      problem(spec.name.place, key, fmt::format("with this kind there are {} cores", cores + count),
+              fmt::format("have at most {} of all kinds together", kMaxCores));
     } else {
       cores += count;
     }

@@ -11,7 +11,6 @@
 namespace ctn::graph {
 namespace {
 
-constexpr int kMaxThreads = 1024;
 constexpr std::size_t kLongestName = 100;
 
 bool is_name_character(char c) {
@@ -128,6 +127,12 @@ void AppBuilder::check_values(const NodeSpec& spec, const std::string& key) {
     problem(spec.max_threads->place, key + ".max_threads",
             fmt::format("{} threads are out of range", spec.max_threads->value),
             fmt::format("write a whole number from 1 to {}", kMaxThreads));
+  }
+  if (spec.min_rate && spec.min_rate->value > kHighestTriggerRate) {
+    problem(spec.min_rate->place, key + ".min_rate",
+            fmt::format("{}Hz cannot be had: nothing is triggered more often than {}Hz", spec.min_rate->value.hertz(),
+                        kHighestTriggerRate.hertz()),
+            "ask for less");
   }
   if (spec.min_rate && spec.max_rate && spec.min_rate->value > spec.max_rate->value) {
     problem(spec.min_rate->place, key + ".min_rate",

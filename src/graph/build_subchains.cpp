@@ -107,6 +107,13 @@ void AppBuilder::check_rates(const Subchain& subchain) {
     const NodeSpec* spec = node_specs_[id.index()];
     if (spec->min_rate && (!highest_min || spec->min_rate->value > highest_min->min_rate->value)) highest_min = spec;
     if (spec->max_rate && (!lowest_max || spec->max_rate->value < lowest_max->max_rate->value)) lowest_max = spec;
+    const Nanos apart = app_.graph.output_period_before(id);
+    if (spec->min_rate && apart > Nanos{0} && spec->min_rate->value.period() < apart) {
+      problem(spec->min_rate->place, fmt::format("nodes.{}.min_rate", spec->name.value),
+              fmt::format("{}Hz cannot be had: a node before it in subchain {} gives output every {:.6g} ms at most",
+                          spec->min_rate->value.hertz(), quote(subchain.name), to_millis(apart).count()),
+              "lower it, or output_period of the node before");
+    }
   }
   // Within one node it was reported there.
   if (!highest_min || !lowest_max || highest_min == lowest_max) return;

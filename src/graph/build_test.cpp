@@ -88,6 +88,16 @@ TEST(BuildNodes, RefusesKeysThatTheKindHasNot) {
                                      HasSubstr("nodes.base.input:"), HasSubstr("nodes.base.output_period:")));
 }
 
+TEST(BuildNodes, RefusesWhatNoRunCanHave) {
+  AppSpec spec = good_spec();
+  node(spec, "GL").max_threads = At<int>{65, {}};
+  node(spec, "GL").min_rate = hertz(20'000);
+  node(spec, "LM").min_rate = hertz(10'000);
+  EXPECT_EQ(errors_of(spec),
+            "nodes.GL.max_threads: 65 threads are out of range; write a whole number from 1 to 64\n"
+            "nodes.GL.min_rate: 20000Hz cannot be had: nothing is triggered more often than 10000Hz; ask for less");
+}
+
 TEST(BuildNodes, RefusesValuesOutOfRange) {
   AppSpec spec = good_spec();
   node(spec, "GL").max_threads = At<int>{0, {}};
@@ -254,6 +264,17 @@ TEST(BuildSubchains, RatesOfOneSubchainMustAgree) {
   EXPECT_EQ(errors_of(spec), "");
   node(spec, "LM").min_rate = hertz(51);
   EXPECT_THAT(errors_of(spec), HasSubstr("nodes.LM.min_rate: 51Hz is above the max_rate of 'LP' (50Hz)"));
+}
+
+TEST(BuildSubchains, NoNodeRunsMoreOftenThanTheOneBeforeItGivesOutput) {
+  AppSpec spec = good_spec();
+  node(spec, "LM").output_period = At<Nanos>{700ms, {}};
+  node(spec, "LM").min_rate = hertz(5);
+  EXPECT_EQ(errors_of(spec), "");
+  node(spec, "LP").min_rate = hertz(5);
+  EXPECT_EQ(errors_of(spec),
+            "nodes.LP.min_rate: 5Hz cannot be had: a node before it in subchain 'local' gives output every 700 ms at "
+            "most; lower it, or output_period of the node before");
 }
 
 TEST(BuildSubchains, FallbackRatesAreBoundByEachNodeThatRunsAtThem) {

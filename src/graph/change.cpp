@@ -17,9 +17,7 @@
 namespace ctn::graph {
 namespace {
 
-// As in an app file: from a run of days to one of a microsecond.
-constexpr double kLowestHertz = 1e-5;
-constexpr double kHighestHertz = 1e6;
+constexpr double kLowestHertz = 1e-5;  // as in an app file: a run of days
 constexpr double kLongestMs = 10.0 * 24.0 * 3600.0 * 1000.0;
 
 std::vector<std::string> names_of_path(std::string_view text) {
@@ -153,9 +151,9 @@ class Changing {
     }
     std::optional<Rate> rate;
     if (change.min_rate_hz) {
-      if (!(*change.min_rate_hz >= kLowestHertz && *change.min_rate_hz <= kHighestHertz)) {
+      if (!(*change.min_rate_hz >= kLowestHertz && *change.min_rate_hz <= kHighestTriggerRate.hertz())) {
         return problem(key, fmt::format("a rate of {} Hz is out of range", *change.min_rate_hz),
-                       "write one from 0.00001 to 1000000, as in 10Hz; or take the bound away: none");
+                       "write one from 0.00001 to 10000, as in 10Hz; or take the bound away: none");
       }
       rate = Rate{*change.min_rate_hz};
     }
@@ -167,13 +165,27 @@ class Changing {
   void check_rates(NodeId id) {
     const Node& node = app_.graph.node(id);
     if (!node.min_rate) return;
-    for (const NodeId other : app_.graph.subchain(*node.subchain).nodes) {
+    const std::string key = fmt::format("nodes.{}.min_rate", node.name);
+    const Subchain& subchain = app_.graph.subchain(*node.subchain);
+    const Nanos apart = app_.graph.output_period_before(id);
+    if (apart > Nanos{0} && node.min_rate->period() < apart) {
+      problem(key,
+              fmt::format("{}Hz cannot be had: a node before it in subchain {} gives output every {:.6g} ms at most",
+                          node.min_rate->hertz(), quote(subchain.name), to_millis(apart).count()),
+              "ask for less");
+    }
+    if (app_.graph.node(subchain.head()).trigger == TriggerBy::kArrival && node.min_rate == node.max_rate) {
+      problem(
+          key,
+          fmt::format("subchain {} is triggered by arrival, and an exact rate is kept by time", quote(subchain.name)),
+          "ask for less than max_rate");
+    }
+    for (const NodeId other : subchain.nodes) {
       const Node& capped = app_.graph.node(other);
       if (!capped.max_rate || *node.min_rate <= *capped.max_rate) continue;
-      problem(fmt::format("nodes.{}.min_rate", node.name),
+      problem(key,
               fmt::format("{}Hz is above the max_rate of {} ({}Hz), and both run at the rate of subchain {}",
-                          node.min_rate->hertz(), quote(capped.name), capped.max_rate->hertz(),
-                          quote(app_.graph.subchain(*node.subchain).name)),
+                          node.min_rate->hertz(), quote(capped.name), capped.max_rate->hertz(), quote(subchain.name)),
               "ask for less");
     }
   }

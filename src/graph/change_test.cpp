@@ -132,5 +132,33 @@ TEST(Changed, AllThatIsWrongIsTold) {
   for (const Problem& problem : after.error().problems()) EXPECT_FALSE(problem.hint.empty()) << problem.key;
 }
 
+// Guards: an app was accepted that an app file may not have, and that no plan can be made of.
+TEST(Changed, WhatAnAppFileMayNotHaveIsRefused) {
+  AppSpec spec;
+  spec.name = {"x", {}};
+  for (const char* name : {"a", "b", "imu"}) spec.nodes.push_back(node(name));
+  spec.nodes[0].trigger = At<TriggerBy>{TriggerBy::kArrival, {}};
+  spec.nodes[0].max_rate = At<Rate>{Rate{50.0}, {}};
+  spec.nodes[0].output_period = At<Nanos>{std::chrono::milliseconds{700}, {}};
+  spec.nodes[2].unscheduled = true;
+  spec.nodes[2].period = At<Nanos>{std::chrono::milliseconds{5}, {}};
+  spec.edges.push_back({split("imu a b"), {}});
+  SubchainSpec subchain;
+  subchain.name = {"s", {}};
+  subchain.nodes = split("a b");
+  spec.subchains.push_back(subchain);
+  spec.objective = {term(Metric::kResponseTime, "a b", 1.0)};
+  const Result<App> built = build_app(spec);
+  ASSERT_TRUE(built.ok()) << built.error().message();
+  for (const Changes::MinRate& refused : {Changes::MinRate{"a", 50.0}, Changes::MinRate{"b", 5.0}}) {
+    Changes changes;
+    changes.min_rates = {refused};
+    EXPECT_FALSE(changed(*built, changes).ok()) << refused.node;
+  }
+  Changes changes;
+  changes.min_rates = {{"a", 49.0}, {"b", 1.0}};
+  EXPECT_TRUE(changed(*built, changes).ok());
+}
+
 }  // namespace
 }  // namespace ctn::graph

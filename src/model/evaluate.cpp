@@ -7,15 +7,6 @@
 namespace ctn::model {
 namespace {
 
-std::optional<Millis> longest_output_period(const graph::Graph& graph, std::span<const NodeId> nodes) {
-  std::optional<Millis> longest;
-  for (const NodeId id : nodes) {
-    const std::optional<Nanos>& period = graph.node(id).output_period;
-    if (period) longest = std::max(longest.value_or(Millis{0}), to_millis(*period));
-  }
-  return longest;
-}
-
 ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElement& element, const CostTable& costs,
                                std::span<const SubchainTiming> subchains) {
   ElementTiming timing;
@@ -31,7 +22,8 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
     timing.execution = costs[node].single_thread() + costs.wait(node);
     timing.runs_per_output = costs.runs_per_output(node);
   }
-  timing.output_period = longest_output_period(graph, element.nodes);
+  const Nanos output_period = graph.output_period_up_to(element.nodes.back());
+  if (output_period > Nanos{0}) timing.output_period = to_millis(output_period);
   return timing;
 }
 
@@ -86,7 +78,9 @@ ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> pa
 
 Millis evaluate_period(const graph::Graph& graph, NodeId node, std::span<const SubchainTiming> subchains) {
   const graph::Node& described = graph.node(node);
-  if (described.subchain) return subchains[described.subchain->index()].period;
+  if (described.subchain) {
+    return std::max(subchains[described.subchain->index()].period, to_millis(graph.output_period_before(node)));
+  }
   return to_millis(described.period.value_or(Nanos{0}));
 }
 

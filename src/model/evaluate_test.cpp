@@ -71,6 +71,19 @@ TEST_F(Evaluate, ANodeThatEmitsRarelySlowsTheChainDownToIt) {
   EXPECT_EQ(evaluate_period(app_.graph, *app_.graph.find_node("vio"), timings_), Millis{40});
 }
 
+// Guards: what a node before it in its subchain leaves out was in no period of a chain that begins behind it.
+TEST(EvaluateOutputPeriods, WhatComesBehindOneThatEmitsRarelyRunsAsRarely) {
+  graph::AppSpec spec = graph::spec_of({"a", "b", "c"}, {"a b c"});
+  node(spec, "a").output_period = graph::At<Nanos>{std::chrono::milliseconds{700}, {}};
+  spec.subchains = {graph::subchain("s", "a b c")};
+  spec.objective.push_back(graph::response("b c", 1.0));
+  const graph::App app = graph::build_app(spec).value();
+  const std::vector<SubchainTiming> timings{{Millis{10}, Millis{6}}};
+  EXPECT_EQ(evaluate_chain(app.graph, path(app, "b c"), CostTable(app.graph, Millis{1}), timings).period, Millis{700});
+  EXPECT_EQ(evaluate_period(app.graph, *app.graph.find_node("a"), timings), Millis{10});
+  EXPECT_EQ(evaluate_period(app.graph, *app.graph.find_node("b"), timings), Millis{700});
+}
+
 // camera gives an output in every second run, and vio in every third one of its own.
 TEST_F(Evaluate, RunsWithoutOutputSlowTheChainDown) {
   CostTable costs = costs_;

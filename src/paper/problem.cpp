@@ -37,9 +37,7 @@ Metric response_time(const graph::App& app, const model::CostTable& costs, const
   Metric metric;
   bool first = true;
   for (const graph::ChainElement& element : app.graph.chain_elements(term.path)) {
-    for (const NodeId node : element.nodes) {
-      metric.slowest_fixed = std::max(metric.slowest_fixed, ms(app.graph.node(node).output_period));
-    }
+    metric.slowest_fixed = std::max(metric.slowest_fixed, ms(app.graph.output_period_up_to(element.nodes.back())));
     if (element.subchain) {
       const int subchain = static_cast<int>(element.subchain->index());
       add(metric, subchain, first ? 0.0 : 1.0);
@@ -61,6 +59,7 @@ Metric period_of(const graph::App& app, NodeId node) {
   Metric metric;
   if (const auto& subchain = app.graph.node(node).subchain) {
     add_slowest(metric, static_cast<int>(subchain->index()), 1.0);
+    metric.slowest_fixed = ms(app.graph.output_period_before(node));
   } else {
     metric.slowest_fixed = ms(app.graph.node(node).period);
   }

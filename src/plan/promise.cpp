@@ -13,8 +13,7 @@ namespace {
 constexpr int kSteps = 64;
 // A trigger that comes a hair before the end of a period (rounding) is the next period's.
 constexpr double kRounding = 1e-9;
-// Nothing is triggered more often than controllers allow.
-constexpr Millis kMinSpacing{0.1};
+constexpr Millis kMinSpacing{graph::kShortestPeriod};
 constexpr int kRounds = 1000;
 
 class Analysis {
@@ -349,7 +348,8 @@ class Analysis {
     return sum / (1.0 - used);
   }
 
-  Millis period_of(SubchainId id) const {
+  Millis period_of(SubchainId id) const { return std::max(planned_period_of(id), kMinSpacing); }
+  Millis planned_period_of(SubchainId id) const {
     const Member* const member = member_of(plan_, id);
     if (member == nullptr) return plan_.subchains[id.index()].period;
     const Millis response = promises_[id.index()].execution;

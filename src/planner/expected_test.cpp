@@ -35,6 +35,41 @@ TEST(ExpectedPlan, TriggersAReaderByItsWriterAndAsOftenAsItCan) {
   EXPECT_LT(plan.expected->objective, 1.05 * (two.a + two.b + p + p / 4.0));
 }
 
+// Guards: 35 ms were promised of a chain that begins behind a node which gives output every 700 ms, and a bound of 60
+// ms was told to be kept.
+TEST(ExpectedPlan, PromisesNothingSoonerThanTheNodeBeforeGivesOutput) {
+  graph::AppSpec spec = graph::spec_of({"a", "b", "base"}, {"a b base"});
+  node(spec, "base").external = true;
+  node(spec, "a").output_period = graph::At<Nanos>{std::chrono::milliseconds{700}, {}};
+  spec.subchains = {graph::subchain("s", "a b")};
+  spec.objective = {graph::response("b", 1.0), graph::period("b", 1.0)};
+  spec.objective[0].max = graph::At<Nanos>{std::chrono::milliseconds{60}, {}};
+  const graph::App app = graph::build_app(spec).value();
+  const model::CostTable costs(app.graph, Millis{8});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  const plan::Plan plan =
+      make_expected_plan(app, samples, costs, {.cores = 1, .slack = kSlack, .effort = 0.03}).value();
+  EXPECT_GE(plan.chains[0].response, Millis{700});
+  EXPECT_GE(plan.nodes[0].period, Millis{700});
+  EXPECT_FALSE(plan.relaxed.empty());
+  EXPECT_LE(plan.expected->objective, plan.objective * (1.0 + 1e-3));
+}
+
+// One node of 40 h: the remedy is not to scale weights.
+TEST(ExpectedPlan, SaysWhatTakesTooLongToBePromised) {
+  graph::AppSpec spec = graph::spec_of({"a", "base"}, {"a base"});
+  node(spec, "base").external = true;
+  spec.objective = {graph::response("a base", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  const model::CostTable costs(app.graph, Millis{std::chrono::hours{40}});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  const auto plan = make_expected_plan(app, samples, costs, {.cores = 1, .slack = 0.0, .effort = 0.03});
+  ASSERT_FALSE(plan.ok());
+  EXPECT_EQ(plan.error().message(),
+            "nodes: with 0 % slack, a run of each subchain takes 40 h in all, most of it in 'a'; what takes more than "
+            "24 h is not promised; make its nodes cheaper, or leave less slack");
+}
+
 // Behind a camera of 30 Hz neither image nor show, a millisecond each, is of use more often than that, whatever they
 // could do on two cores.
 TEST(ExpectedPlan, RunsCallbacksOfMessagesAsOftenAsMessagesCome) {

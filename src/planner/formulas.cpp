@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
+#include <ratio>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "plan/limits.h"
+#include "plan/promise.h"
 #include "planner/planner.h"
 #include "planner/promised.h"
 #include "planner/schedule_search.h"
@@ -61,6 +65,28 @@ std::string hint_for(const graph::App& app, const model::CostTable& costs, const
   return "lower a rate, or make its nodes cheaper: more cores would not do";
 }
 
+// Where runs take so long that nothing can be promised of them.
+std::optional<Problem> too_long(const graph::App& app, const model::CostTable& costs, double slack) {
+  Millis sum{0};
+  SubchainId longest(0);
+  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    const SubchainId id(i);
+    const Millis cost = costs.subchain_total(app.graph, id);
+    if (cost > costs.subchain_total(app.graph, longest)) longest = id;
+    sum += cost / (1.0 - slack);
+  }
+  if (sum <= plan::kLongestPromise) return std::nullopt;
+  using Hours = std::chrono::duration<double, std::ratio<3600>>;
+  return Problem{
+      {},
+      "nodes",
+      fmt::format("with {:.6g} % slack, a run of each subchain takes {:.4g} h in all, most of it in {}; what "
+                  "takes more than {:.4g} h is not promised",
+                  100.0 * slack, Hours(sum).count(), quote(app.graph.subchain(longest).name),
+                  Hours(plan::kLongestPromise).count()),
+      "make its nodes cheaper, or leave less slack"};
+}
+
 }  // namespace
 
 Result<plan::Plan> make_guessed_plan(const graph::App& app, const trial::Samples& samples,
@@ -91,6 +117,9 @@ Error unattainable(const graph::App& app, const model::CostTable& costs, const F
   }
   if (exact_rates > kNamed) exact += fmt::format(" and {} more", exact_rates - kNamed);
   // Without exact rates there is a plan in frames, if its value can be told from infinity.
+  if (std::optional<Problem> problem = too_long(app, costs, request.slack)) {
+    return Error(ErrorKind::kCaller, {*std::move(problem)});
+  }
   if (exact.empty() && may_have_frames(app)) {
     return Error(ErrorKind::kCaller, {Problem{{},
                                               "objective",

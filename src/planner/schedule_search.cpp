@@ -128,7 +128,7 @@ Schedule ScheduleSearch::slowed(Schedule schedule, double factor) const {
 void ScheduleSearch::make_hold(Schedule& schedule) {
   for (const double factor : kSlowedBy) {
     Schedule slower = slowed(schedule, factor);
-    if (guessed_score(slower) >= kOverload) continue;
+    if (guessed_score(slower) >= scoring_.overload()) continue;
     schedule = std::move(slower);
     return;
   }
@@ -149,7 +149,8 @@ void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
   if (schedule.frames.empty()) moves_->keep_to_useful(schedule);
   // What it is worth is not known until it is tried; until then it counts for nothing. It is tried first, so that no
   // guess displaces it; one with frames, which guesses do not displace, after them.
-  Candidate candidate{.schedule = std::move(schedule), .unbounded = 2.0 * kOverload, .given = true, .relax = relax};
+  Candidate candidate{
+      .schedule = std::move(schedule), .unbounded = 2.0 * scoring_.overload(), .given = true, .relax = relax};
   if (fixed(candidate)) {
     std::erase_if(candidates_, fixed);
     candidate.score = candidate.unbounded;
@@ -264,10 +265,10 @@ double ScheduleSearch::guessed_score(Schedule& schedule, double limit) {
     work_ += work_of_guesses(1, app_.graph.subchains().size());
     estimate = costs_->surrogate(schedule, limit);
   }
-  if (!estimate) return 2.0 * kOverload;
-  if (estimate->load > 1.0) return kOverload * estimate->load;
+  if (!estimate) return 2.0 * scoring_.overload();
+  if (estimate->load > 1.0) return scoring_.overload() * estimate->load;
   if (estimate->objective > limit) return kInfinity;
-  if (estimate->exact_missed || !estimate->promised) return kOverload;
+  if (estimate->exact_missed || !estimate->promised) return scoring_.overload();
   return relaxed_score(Scoring::with_gaps(estimate->objective, schedule, guessed_load(schedule)), estimate->relax);
 }
 
@@ -356,7 +357,7 @@ trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Option
 }
 
 double ScheduleSearch::bounded(const Candidate& candidate, double score) {
-  return bounded_score(costs_->surrogate, candidate.schedule, candidate.relax, score);
+  return bounded_score(costs_->surrogate, candidate.schedule, candidate.relax, score, scoring_.overload());
 }
 
 double ScheduleSearch::glance(const Candidate& candidate) {
@@ -422,7 +423,8 @@ void ScheduleSearch::try_whole(Candidate& candidate) {
 // Beside one that was tried.
 bool ScheduleSearch::is_hopeless(const Candidate& candidate) const {
   return std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& each) {
-    return each.tried && each.score < kOverload && each.glance > 0.0 && candidate.glance > each.glance * kHopeless;
+    return each.tried && each.score < scoring_.overload() && each.glance > 0.0 &&
+           candidate.glance > each.glance * kHopeless;
   });
 }
 

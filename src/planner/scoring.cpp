@@ -56,7 +56,15 @@ std::vector<double> tail_weights(const graph::App& app) {
   return weights;
 }
 
-Scoring::Scoring(const graph::App& app, double slack) : app_(app), slack_(slack), tail_weights_(tail_weights(app)) {
+double overload_score(const graph::App& app) {
+  double weights = 0.0;
+  for (const graph::Term& term : app.objective) weights += term.weight;
+  constexpr double kLargest = 1e299;  // a few of them add up
+  return weights > 0.0 ? std::min(1e9 * weights, kLargest) : 1e9;
+}
+
+Scoring::Scoring(const graph::App& app, double slack)
+    : app_(app), slack_(slack), overload_(overload_score(app)), tail_weights_(tail_weights(app)) {
   const std::vector<plan::UsefulPeriod> useful = plan::useful_periods(app.graph);
   limits_input_ = std::any_of(useful.begin(), useful.end(), [](const auto& each) { return each.min > Millis{0}; });
 }
@@ -96,17 +104,18 @@ double Scoring::unbounded(const Schedule& schedule, const trial::Figures& figure
   std::vector<double> of_usable = used.by_core;
   for (double& of_core : of_usable) of_core /= 1.0 - slack_;
   const double waiting = limits_input_ && !schedule.frames.empty() ? kWaitingInSlots : 0.0;
-  return with_gaps(weighted(figures) * (1.0 + waiting), schedule, of_usable) + kOverload * used.overload;
+  return with_gaps(weighted(figures) * (1.0 + waiting), schedule, of_usable) + overload_ * used.overload;
 }
 
 double Scoring::at_a_glance(const Schedule& schedule, const trial::Figures& figures) const {
   return weighted(figures) * (1.0 + use(schedule, figures).overload);
 }
 
-double bounded_score(Surrogate& surrogate, const Schedule& schedule, std::optional<double> relax, double score) {
+double bounded_score(Surrogate& surrogate, const Schedule& schedule, std::optional<double> relax, double score,
+                     double overload) {
   if (!schedule.frames.empty()) return relaxed_score(score, relax.value_or(1.0));
   const std::optional<Estimate> estimate = surrogate(schedule);
-  if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * kOverload;
+  if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * overload;
   return relaxed_score(score, estimate->relax);
 }
 

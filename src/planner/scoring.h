@@ -30,8 +30,9 @@ std::vector<double> tail_weights(const graph::App& app);  // by term
 // A core may be used for so much more than what the slack leaves before it counts: luck of the draws.
 constexpr double kLoadTolerance = 0.005;
 
-// What it adds to a score that a whole core is used too much; and more than the score of any schedule that can be had.
-constexpr double kOverload = 1e9;
+// What it adds to a score that a whole core is used too much; and more than the score of any schedule that can be had:
+// as much as if each term of the objective took 10^9 ms, eleven days.
+double overload_score(const graph::App& app);
 
 // What a bound that has to be relaxed by all of itself adds to the score, as a multiple of the objective.
 constexpr double kBoundWeight = 5.0;
@@ -55,6 +56,7 @@ class Scoring {
   double unbounded(const trial::Schedule& schedule, const trial::Figures& figures, const CoreUse& used) const;
   // The same of a trial so short that it is luck whether a core is full: as if all were slower by its overload.
   double at_a_glance(const trial::Schedule& schedule, const trial::Figures& figures) const;
+  double overload() const { return overload_; }
   // What counts of a term, its own weight apart: its mean, and something for its tail.
   double of_term(const trial::Figures& figures, std::size_t term) const {
     return figures.terms[term].mean_ms + tail_weights_[term] * figures.terms[term].p95_ms;
@@ -69,12 +71,15 @@ class Scoring {
 
   const graph::App& app_;
   double slack_;
+  double overload_;                   // overload_score()
   std::vector<double> tail_weights_;  // by term
   bool limits_input_ = false;         // how often some subchain has something to do, since its runs need input
 };
 
-// What bounds make of a schedule's score. The surrogate is asked about the schedule; but of frames it knows nothing:
-// for those `relax` counts, by how much bounds are relaxed under it, where that is known.
-double bounded_score(Surrogate& surrogate, const trial::Schedule& schedule, std::optional<double> relax, double score);
+// What bounds make of a schedule's score; more than `overload` where it is no schedule that can be had. The surrogate
+// is asked about the schedule; but of frames it knows nothing: for those `relax` counts, by how much bounds are relaxed
+// under it, where that is known.
+double bounded_score(Surrogate& surrogate, const trial::Schedule& schedule, std::optional<double> relax, double score,
+                     double overload);
 
 }  // namespace ctn::planner

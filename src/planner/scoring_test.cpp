@@ -70,8 +70,17 @@ TEST_F(ScoringTest, WhatIsTooMuchOfAnyCoreIsWorseThanAnything) {
   const trial::Figures found = figures({0.955, 0.965});
   EXPECT_NEAR(scoring_.use(on_grid(2), found).fullest, 0.965 / 0.945, 1e-12);
   EXPECT_NEAR(scoring_.use(on_grid(2), found).overload, 0.03, 1e-12);
-  EXPECT_GT(unbounded(on_grid(2), found), 0.029 * kOverload);
+  EXPECT_GT(unbounded(on_grid(2), found), 0.029 * overload_score(app_));
   EXPECT_NEAR(scoring_.at_a_glance(on_grid(2), found), kWeighted * 1.03, 1e-9) << "in a short trial, which is luck";
+}
+
+// Guards: with weights of 10^8 any schedule was as bad as one that cannot be had.
+TEST_F(ScoringTest, OnlyRatiosOfWeightsMatter) {
+  graph::AppSpec heavy = spec();
+  for (graph::TermSpec& term : heavy.objective) term.weight.value *= 1e8;
+  const graph::App app = graph::build_app(heavy).value();
+  EXPECT_NEAR(overload_score(app), 1e8 * overload_score(app_), 1e-6 * overload_score(app));
+  EXPECT_NEAR(overload_score(app_), 3e9, 1.0);
 }
 
 // As the threads of a pipeline go where there is room.

@@ -17,14 +17,6 @@ constexpr int kRounds = 3;
 constexpr int kRoundsWithBatches = 12;
 constexpr double kSettled = 1e-3;
 
-double longest_output_period(const graph::Graph& graph, const std::vector<NodeId>& nodes) {
-  double longest = 0.0;
-  for (const NodeId node : nodes) {
-    if (const auto& period = graph.node(node).output_period) longest = std::max(longest, to_millis(*period).count());
-  }
-  return longest;
-}
-
 // Of a node that no subchain has; 0: it has none.
 double own_period(const graph::Graph& graph, NodeId node) {
   const auto& period = graph.node(node).period;
@@ -148,7 +140,7 @@ void Surrogate::know_costs(const trial::Samples& samples, const std::vector<mode
 void Surrogate::know_outputs_and_waits(const trial::Samples& samples, const model::CostTable& planned,
                                        const std::vector<model::CostTable>& tables) {
   for (const graph::Subchain& subchain : app_.graph.subchains()) {
-    output_period_.push_back(std::max(longest_output_period(app_.graph, subchain.nodes),
+    output_period_.push_back(std::max(to_millis(app_.graph.output_period_up_to(subchain.tail())).count(),
                                       apart_by_clocks(app_.graph, planned, subchain, subchain.tail())));
     runs_per_output_.push_back(planned.runs_per_output(subchain, subchain.tail()));
     double& waits = waits_.emplace_back(0.0);
@@ -188,6 +180,7 @@ void Surrogate::know_term(const graph::Term& term, const trial::Samples& samples
     known.of = app_.graph.node(term.path.front()).subchain;
     if (!known.of) known.fixed_period = own_period(app_.graph, term.path.front());
     const NodeId node = term.path.front();
+    known.output_period = to_millis(app_.graph.output_period_before(node)).count();
     if (known.of && app_.graph.may_run_empty(node)) known.inputs = model::batch_inputs(app_.graph, planned, node);
     return;
   }
@@ -195,8 +188,8 @@ void Surrogate::know_term(const graph::Term& term, const trial::Samples& samples
   for (const graph::ChainElement& element : app_.graph.chain_elements(term.path)) {
     Element& added = known.elements.emplace_back();
     added.subchain = element.subchain;
-    added.output_period = longest_output_period(app_.graph, element.nodes);
     const NodeId node = element.nodes.back();
+    added.output_period = to_millis(app_.graph.output_period_up_to(node)).count();
     added.runs_per_output = element.subchain ? planned.runs_per_output(app_.graph.subchain(*element.subchain), node)
                                              : planned.runs_per_output(node);
     if (element.subchain) {

@@ -99,6 +99,7 @@ class Surrogate {
     std::vector<Element> elements;  // of a response time
     std::optional<SubchainId> of;   // of a period
     double fixed_period = 0.0;      // of a period that no schedule changes
+    double output_period = 0.0;     // of a period: of what comes before the node in its subchain
     // Of the period of a node whose runs may be without input, and do not count then; else empty.
     std::vector<model::BatchInput> inputs;
   };

@@ -116,8 +116,11 @@ double Surrogate::counted_period(const Term& term, const trial::Place& place) co
 double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Basis basis) {
   const bool usual = basis == Basis::kUsual;
   const auto period_of = [&](const Timing& timing) { return usual ? timing.period : timing.promised_period; };
-  if (term.of && usual) return counted_period(term, schedule.subchains[term.of->index()]);
-  if (term.of) return period_of(timings_[term.of->index()]);
+  if (term.of) {
+    const double period =
+        usual ? counted_period(term, schedule.subchains[term.of->index()]) : timings_[term.of->index()].promised_period;
+    return std::max(period, term.output_period);
+  }
   if (term.elements.empty()) return term.fixed_period;
   double latency = 0.0;
   double period = 0.0;

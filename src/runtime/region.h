@@ -93,7 +93,7 @@ struct alignas(64) SignalCell : OutputCell {
 };
 
 struct alignas(64) NodeCell {
-  static constexpr std::size_t kMaxThreads = 64;
+  static constexpr std::size_t kMaxThreads = graph::kMaxThreads;
   static constexpr std::size_t kOutputs = 64;  // so many have their origin here
 
   // What an output goes back to (record/ages.h). `number` is that of the run; with kWriting, the rest is about to

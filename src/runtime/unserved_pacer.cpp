@@ -8,7 +8,6 @@ namespace {
 
 // Where nothing says how often a subchain is to run.
 constexpr Nanos kUnknownPeriod = std::chrono::milliseconds{100};
-constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
 constexpr Nanos kLongestPeriod = std::chrono::seconds{100};
 // A run that has not ended after so many periods, and a second, counts as ended.
 constexpr int kLostPeriods = 10;
@@ -41,7 +40,7 @@ TimePoint UnservedPacer::pace_heads(TimePoint now) {
 
 Nanos period_without_server(const graph::Graph& graph, SubchainId subchain, const Region& region) {
   const Nanos planned{region.signal(subchain).period.load(std::memory_order_relaxed)};
-  if (planned > Nanos{0}) return std::clamp(planned, kShortestPeriod, kLongestPeriod);
+  if (planned > Nanos{0}) return std::clamp(planned, graph::kShortestPeriod, kLongestPeriod);
   const std::optional<Rate> fallback = graph.node(graph.subchain(subchain).nodes.front()).fallback_rate;
   return fallback ? to_nanos(fallback->period()) : kUnknownPeriod;
 }

@@ -181,7 +181,10 @@ class RandomCaseBuilder {
       }
     }
   }
-  static graph::At<Rate> every(double milliseconds) { return {Rate::every(Millis{milliseconds}), {}}; }
+  // What costs nothing may not come more often than anything is triggered.
+  static graph::At<Rate> every(double milliseconds) {
+    return {Rate::every(std::max(Millis{milliseconds}, Millis{graph::kShortestPeriod})), {}};
+  }
 
   void draw_bounds() {
     if (!limits_.bounds) return;
