@@ -76,6 +76,12 @@ TEST(Command, OutputThatCannotBeWrittenIsAFailure) {
   EXPECT_EQ(catan("check minimal.yaml > /dev/full #").exit_code, 1);
 }
 
+// Guards: writing on a log that is full ended the process, and with it a server that schedules a robot.
+TEST(Command, ALogThatIsFullChangesNothing) {
+  EXPECT_EQ(catan("check nowhere.yaml 2> /dev/full #").exit_code, 2);
+  EXPECT_EQ(catan("check minimal.yaml > /dev/full 2> /dev/full #").exit_code, 1);
+}
+
 class ValidApp : public testing::TestWithParam<std::string> {};
 
 TEST_P(ValidApp, IsShownInEveryForm) {

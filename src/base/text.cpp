@@ -71,6 +71,13 @@ std::string quote(std::string_view text) {
   return fmt::format("'{}{}'", printable(text), cut ? "..." : "");
 }
 
+std::string as_file_name(std::string_view name) {
+  std::string file(name);
+  std::replace(file.begin(), file.end(), '/', '-');
+  if (!file.empty() && file.front() == '.') file.front() = '-';
+  return file;
+}
+
 std::string quote_list(std::span<const std::string> names) {
   const std::size_t listed = names.size() > kMaxListed ? kMaxListed : names.size();
   std::string result;

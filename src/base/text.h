@@ -16,6 +16,9 @@ std::string printable(std::string_view text);
 // 'text', printable, long text cut off by "...".
 std::string quote(std::string_view text);
 
+// A name as that of a file: with '-' for each '/', and for a '.' at the beginning. Others may come to the same.
+std::string as_file_name(std::string_view name);
+
 // "'a', 'b' and 'c'"; of more than eight only the first, and how many more.
 std::string quote_list(std::span<const std::string> names);
 

@@ -18,6 +18,12 @@ TEST(Quoted, CutsBetweenCharacters) {
   EXPECT_EQ(quote(umlauts), "'" + std::string(59, 'x') + "...'");
 }
 
+TEST(AsFileName, LeadsToNoOtherFolder) {
+  EXPECT_EQ(as_file_name("robot"), "robot");
+  EXPECT_EQ(as_file_name("team/robot"), "team-robot");
+  EXPECT_EQ(as_file_name("../evil"), "-.-evil");
+}
+
 TEST(QuotedList, NamesTheFirstOfMany) {
   EXPECT_EQ(quote_list(Names{"a"}), "'a'");
   EXPECT_EQ(quote_list(Names{"a", "b", "c"}), "'a', 'b' and 'c'");

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "base/text.h"
 #include "os/linux/process.h"
 
 namespace ctn::runtime {
@@ -16,11 +17,13 @@ std::string variable(const char* name) {
   return value != nullptr ? value : "";
 }
 
-std::string in_system_folder(const std::string& app) { return fmt::format("{}/{}.sock", kSystemFolder, app); }
+std::string in_system_folder(const std::string& app) {
+  return fmt::format("{}/{}.sock", kSystemFolder, as_file_name(app));
+}
 
 std::string in_own_folder(const std::string& app) {
   const std::string folder = variable("XDG_RUNTIME_DIR");
-  return folder.empty() ? "" : fmt::format("{}/catan/{}.sock", folder, app);
+  return folder.empty() ? "" : fmt::format("{}/catan/{}.sock", folder, as_file_name(app));
 }
 
 }  // namespace

@@ -41,7 +41,10 @@ Result<std::vector<std::string>> sockets_of(const std::string& server) {
     if (!app) return app.error();
     return runtime::sockets_to_try(app->name);
   }
-  if (server.find('/') == std::string::npos && !server.ends_with(".yaml")) return runtime::sockets_to_try(server);
+  // The name of an app may have a slash in it.
+  const bool is_path =
+      server.starts_with('/') || server.starts_with('.') || server.ends_with(".yaml") || server.ends_with(".sock");
+  if (!is_path) return runtime::sockets_to_try(server);
   return Error::environment(fmt::format("no server answers at {}: there is no such file", printable(server)),
                             "name the server's socket, its app file, or the app");
 }

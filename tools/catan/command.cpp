@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -29,13 +30,20 @@ std::string shown(const Problem& problem, bool colours) {
 
 }  // namespace
 
+void print_on_stderr(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); }
+
 int report_error(const Error& error) {
   const bool colours = has_colours(STDERR_FILENO);
-  for (const Problem& problem : error.problems()) fmt::print(stderr, "{}\n", shown(problem, colours));
+  for (const Problem& problem : error.problems()) print_on_stderr(shown(problem, colours) + "\n");
   return error.kind() == ErrorKind::kCaller ? kMistake : kFailure;
 }
 
-void note(std::string_view text) { fmt::print(stderr, "catan: {}\n", text); }
+void note(std::string_view text) { print_on_stderr(fmt::format("catan: {}\n", text)); }
+
+// A handler, since unlike a signal that is ignored it is not handed on to programs that are started.
+void outlive_readers() {
+  static_cast<void>(std::signal(SIGPIPE, [](int) {}));
+}
 
 bool stdout_has_colours() { return has_colours(STDOUT_FILENO); }
 

@@ -19,6 +19,9 @@ constexpr int kSuccess = 0;
 constexpr int kFailure = 1;  // the machine said no
 constexpr int kMistake = 2;  // the user's mistake
 
+// On stderr, as far as that can be written: a log that is full, or whose reader is gone, is no reason to end.
+void print_on_stderr(std::string_view text);
+
 // Prints every problem on stderr, one a line, and gives the exit code of its kind.
 int report_error(const Error& error);
 
@@ -27,6 +30,10 @@ void note(std::string_view text);
 
 // Prints on stdout. Whether all of it could be written is checked once, by main.
 void print(std::string_view text);
+
+// For commands that go on while an app runs: from now on a pipe that nobody reads any more does not end the process. It
+// does end programs that this one starts, as usual.
+void outlive_readers();
 
 // Whether a person with a terminal that shows colours reads what print() writes.
 bool stdout_has_colours();

@@ -76,6 +76,7 @@ void tell(const web::Server& server, const HttpOptions& options, const std::opti
 }
 
 Status serve_page(const HttpCommand& command) {
+  outlive_readers();
   const auto address = os::parse_tcp_address(command.options.address);
   if (!address) return address.error();
   const auto token = token_of(command.options);

@@ -56,6 +56,7 @@ Status wait_for_signal(os::SignalWatch& signals) {
 }
 
 Status play(const NodeOptions& options) {
+  outlive_readers();
   const auto app = config::load_app(options.app);
   if (!app) return app.error();
   auto work = config::load_workload(options.synthetic, *app);

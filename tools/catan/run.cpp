@@ -151,6 +151,7 @@ Status check_combination(const RunOptions& options) {
 }
 
 int run(const RunOptions& options) {
+  outlive_readers();
   if (Status possible = check_combination(options); !possible) return report_error(possible.error());
   const config::RunBy run_by = options.synthetic.empty() ? config::RunBy::kBoundPrograms : config::RunBy::kFunctions;
   const auto file = config::load_app_file(options.app, run_by);

@@ -203,6 +203,7 @@ void Serving::look() {
 }  // namespace
 
 Result<Served> serve(config::AppFile file, const ServingOptions& options) {
+  outlive_readers();
   const Result<std::vector<std::uint32_t>> users = user_numbers(options.users);
   if (!users) return users.error();
   Result<os::SignalWatch> signals = os::SignalWatch::start({SIGINT, SIGTERM, SIGHUP});

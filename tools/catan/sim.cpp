@@ -189,8 +189,8 @@ int sweep_all(const SimOptions& options) {
                             },
                             .on_progress =
                                 [&](std::size_t done, std::size_t all) {
-                                  if (terminal)
-                                    fmt::print(stderr, "\r{} of {} apps{}", done, all, done == all ? "\n" : "");
+                                  if (!terminal) return;
+                                  print_on_stderr(fmt::format("\r{} of {} apps{}", done, all, done == all ? "\n" : ""));
                                 }});
   if (!swept) return report_error(swept.error());
   note(fmt::format("{} apps in {}: {} were there, {} could not be simulated", swept->apps, options.out,

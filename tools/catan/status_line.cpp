@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "command.h"
+
 namespace ctn::tool {
 namespace {
 
@@ -48,7 +50,7 @@ void StatusLine::show(const std::string& line) const {
   if (screen_.valid()) {
     static_cast<void>(write(screen_.number(), text.data(), text.size()) >= 0);
   } else if (terminal_) {
-    fmt::print(stderr, "{}", text);
+    print_on_stderr(text);
   }
 }
 

@@ -61,7 +61,7 @@ class Watcher {
  private:
   void look();
   void save_late();
-  void save(const char* what, const std::string& why);
+  bool save(const char* what, const std::string& why);
 
   os::Os& os_;
   flight::Recording recording_;
@@ -123,28 +123,37 @@ void Watcher::look() {
 
 void Watcher::save_late() {
   const flight::LateResponse late = *std::exchange(pending_, std::nullopt);
-  save("late", fmt::format("a response of {} took {:.2f} ms, more than {:.2f} ms",
-                           recording_.app().graph.path_name(recording_.app().objective[late.term].path),
-                           to_millis(late.response).count(), to_millis(late.over).count()));
+  const bool saved =
+      save("late", fmt::format("a response of {} took {:.2f} ms, more than {:.2f} ms",
+                               recording_.app().graph.path_name(recording_.app().objective[late.term].path),
+                               to_millis(late.response).count(), to_millis(late.over).count()));
+  if (!saved) {
+    ++left_out_;
+    return;
+  }
   quiet_until_ = os_.now() + kApart;
   ++saved_;
 }
 
-// Into a new file: the name gets a number where it is taken.
-void Watcher::save(const char* what, const std::string& why) {
+// Into a new file: the name gets a number where it is taken. False: it cannot be had, which is told.
+bool Watcher::save(const char* what, const std::string& why) {
   const os::HostFacts host = os_.host_facts();
   std::string when = host.utc;
   std::replace(when.begin(), when.end(), ':', '-');
-  const std::string name = fmt::format("{}-{}-{}", recording_.app().name, what, when);
+  const std::string name = fmt::format("{}-{}-{}", as_file_name(recording_.app().name), what, when);
   for (int number = 1; number <= kNamesToTry; ++number) {
     const std::string file = number == 1 ? name : fmt::format("{}-{}", name, number);
     const std::string path = (std::filesystem::path(options_.folder) / (file + ".catan")).string();
     if (std::filesystem::exists(path)) continue;
     const Status done = recording_.save(path, why, host);
-    if (done) return note(fmt::format("{}: the last seconds are in {}", why, path));
-    static_cast<void>(report_error(done.error()));
-    return;
+    if (done) {
+      note(fmt::format("{}: the last seconds are in {}", why, path));
+    } else {
+      static_cast<void>(report_error(done.error()));
+    }
+    return done.ok();
   }
+  return false;
 }
 
 // "CHAIN", "CHAIN>100" (milliseconds) or "CHAIN>100ms".
@@ -163,6 +172,7 @@ Result<flight::WatchedChain> watched_chain(const graph::App& app, const std::str
 }
 
 int watch(const WatchOptions& options) {
+  outlive_readers();
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   Result<flight::Recording> recording = attach(*os, options.target);
   if (!recording) return report_error(recording.error());

@@ -108,7 +108,7 @@ Result<std::vector<sim::Hypothesis>> of_weights(const WhatifOptions& options, co
 // Overwritten in place, on a terminal only: scripts that keep stderr have no use for it.
 void show_progress(std::size_t done, std::size_t all) {
   if (isatty(STDERR_FILENO) == 0) return;
-  fmt::print(stderr, "\r{} of {} answered{}", done, all, done == all ? "\r\x1b[K" : "");
+  print_on_stderr(fmt::format("\r{} of {} answered{}", done, all, done == all ? "\r\x1b[K" : ""));
 }
 
 int ask(const WhatifOptions& options) {
