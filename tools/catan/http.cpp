@@ -15,6 +15,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "attach.h"
 #include "base/text.h"
 #include "command.h"
 #include "http_options.h"
