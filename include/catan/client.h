@@ -37,6 +37,7 @@
 #include <string_view>
 #include <typeindex>
 
+#include "catan/awaited.h"
 #include "catan/channel.h"
 #include "catan/result.h"
 #include "catan/run.h"
@@ -57,6 +58,12 @@ class AttachedNode {
   // Blocks until the node is to run; false: the client was stopped. An unscheduled node waits only if it has no period
   // of its own, for the output of the node that it follows.
   bool wait();
+  // The same for a program that can do its part of the app without triggers, too: it is also told, at each call and at
+  // once, that the server has let go of the node's subchain. The server does so when a node of it has been missing for
+  // a second. To others, and where a node follows another, nothing changes: they wait.
+  Awaited await();
+  // Blocks as long as the server has let go of the node's subchain; false: the client was stopped.
+  bool await_complete();
   // `run` is the same object every time.
   void begin(Run& run);
   // Between the two: what the run takes from node `from` is outputs of its runs `first` to `last` (Run::number()

@@ -13,6 +13,9 @@ thread_local bool t_discarding = false;
 constexpr std::chrono::milliseconds kBetweenTries{1};
 constexpr int kMaxTries = 100;
 
+// The newest, and one that is left over.
+constexpr std::size_t kNewest = 2;
+
 }  // namespace
 
 BoundCallback* BoundCallback::current() { return t_current; }
@@ -22,23 +25,52 @@ BoundCallback::Discard::Discard() { t_discarding = true; }
 BoundCallback::Discard::~Discard() { t_discarding = false; }
 
 void BoundCallback::run(Schedule& schedule) {
-  while (!inbox_.stopped() && schedule.wait()) {
-    const bool has_message = wait_for_message();
-    if (has_message) wait_for_newer_message();
-    if (inbox_.stopped()) return;
-    if (!has_message && !without_message_) {
-      schedule.begin();
-      schedule.end(false);
-      continue;
-    }
-    if (!turn_.take(inbox_.stopped())) return;
+  while (!inbox_.stopped()) {
+    const ctn::Awaited awaited = schedule.await();
+    if (awaited == ctn::Awaited::kStopped) return;
+    const bool goes_on = awaited == ctn::Awaited::kTrigger ? run_once(schedule) : go_without(schedule);
+    if (!goes_on) return;
+  }
+}
+
+// False: it was stopped.
+bool BoundCallback::run_once(Schedule& schedule) {
+  const bool has_message = wait_for_message();
+  if (has_message) wait_for_newer_message();
+  if (inbox_.stopped()) return false;
+  if (!has_message && !without_message_) {
     schedule.begin();
-    output_ = false;
-    t_current = this;
-    const int calls = call_waiting();
-    t_current = nullptr;
-    schedule.end(calls > 0 && (output_ || options_.always_gives_output));
-    turn_.give_back();
+    schedule.end(false);
+    return true;
+  }
+  if (!turn_.take(inbox_.stopped())) return false;
+  schedule.begin();
+  output_ = false;
+  t_current = this;
+  const int calls = call_waiting();
+  t_current = nullptr;
+  schedule.end(calls > 0 && (output_ || options_.always_gives_output));
+  turn_.give_back();
+  return true;
+}
+
+bool BoundCallback::go_without(Schedule& schedule) {
+  if (let_go_) let_go_();
+  if (!schedule.await_complete()) return false;
+  if (take_back_) take_back_();
+  return true;
+}
+
+void BoundCallback::call_rest() {
+  for (std::size_t waiting = inbox_.size(); waiting > 0 && !inbox_.stopped(); --waiting) call_one();
+}
+
+void BoundCallback::let_go_of_older() {
+  if (!options_.takes_newest) return;
+  const Discard discard;
+  for (;;) {
+    const std::optional<Outcome> outcome = inbox_.call_first_beyond(kNewest);
+    if (!outcome || *outcome == Outcome::kAgain) return;
   }
 }
 

@@ -10,10 +10,16 @@
 //                                 newest counts, those before it are made with discarding() set, to be let go of
 //   give the turn back            after the end, so that a program which stops spinning has all its runs reported
 //
+// While the server has let go of the node's subchain, of which another node is missing, there are no runs: the port has
+// the framework make the calls, as without Catan, until the subchain is complete.
+//
 // A run gives output if its thread published anything, or if nothing of the app comes after the node.
 //
-// Thread safety: run() by the node's thread; note_output() by the thread that is in run(), from within a call.
+// Thread safety: run() by the node's thread; note_output() by the thread that is in run(), from within a call;
+// let_go_of_older() by any.
 #pragma once
+
+#include <catan/awaited.h>
 
 #include <chrono>
 #include <functional>
@@ -27,7 +33,9 @@ namespace catan_ros {
 class Schedule {
  public:
   virtual ~Schedule() = default;
-  virtual bool wait() = 0;  // false: it is over
+  // As ctn::AttachedNode has them.
+  virtual ctn::Awaited await() = 0;
+  virtual bool await_complete() = 0;
   virtual void begin() = 0;
   virtual void end(bool output) = 0;
 };
@@ -72,6 +80,19 @@ class BoundCallback {
   // By the thread that is in run(): from now on each run that calls something gives output.
   void set_always_gives_output() { options_.always_gives_output = true; }
 
+  // What is called by the thread that is in run() when the server has let go of the subchain: from then on the
+  // framework is to make the calls. And when it is complete: the second returns when the framework makes none any more.
+  void set_let_go(std::function<void()> let_go, std::function<void()> take_back) {
+    let_go_ = std::move(let_go);
+    take_back_ = std::move(take_back);
+  }
+  // By the first of these: makes the calls that have come, outside of any run.
+  void call_rest();
+
+  // After something was put into the inbox: where only the newest counts, those before the newest two are let go of. So
+  // they do not pile up while no trigger comes.
+  void let_go_of_older();
+
   // Until the schedule or the inbox is stopped.
   void run(Schedule& schedule);
 
@@ -91,6 +112,8 @@ class BoundCallback {
   };
 
  private:
+  bool run_once(Schedule& schedule);
+  bool go_without(Schedule& schedule);
   bool wait_for_message();
   void wait_for_newer_message();
   void discard_older();
@@ -103,6 +126,8 @@ class BoundCallback {
   std::function<bool()> without_message_;
   std::function<std::optional<Time>()> newest_sent_;
   std::function<void()> look_for_messages_;
+  std::function<void()> let_go_;
+  std::function<void()> take_back_;
   bool output_ = false;
 };
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace catan_ros {
@@ -23,10 +24,16 @@ class PlayedSchedule final : public Schedule {
  public:
   PlayedSchedule(int triggers, Log& log) : triggers_(triggers), log_(log) {}
   std::function<void()> at_trigger = [] {};
+  bool lets_go = false;  // of the subchain, before the first trigger
 
-  bool wait() override {
-    if (triggers_-- == 0) return false;
+  ctn::Awaited await() override {
+    if (std::exchange(lets_go, false)) return ctn::Awaited::kIncomplete;
+    if (triggers_-- == 0) return ctn::Awaited::kStopped;
     at_trigger();
+    return ctn::Awaited::kTrigger;
+  }
+  bool await_complete() override {
+    log_.emplace_back("await complete");
     return true;
   }
   void begin() override { log_.emplace_back("begin"); }
@@ -260,6 +267,86 @@ TEST_F(BoundCallbackTest, RemovingAnotherOrItselfDoesNotWait) {
   put("kept", true, Outcome::kCalled, 8);
   play({}, 1);
   EXPECT_EQ(inbox.size(), 0U);
+}
+
+// The port hands what has come to the framework, or calls it as here; the next trigger is for a run again.
+TEST_F(BoundCallbackTest, WhatTheServerHasLetGoOfIsCalledOutsideOfRuns) {
+  BoundCallback callback({.takes_all = true}, inbox, turn);
+  bool has_run = false;
+  inbox.put({0, [&] {
+               has_run = has_run || BoundCallback::current() != nullptr;
+               log.emplace_back("before");
+               return Outcome::kCalled;
+             }});
+  callback.set_let_go(
+      [&] {
+        log.emplace_back("let go");
+        callback.call_rest();
+      },
+      [&] {
+        log.emplace_back("take back");
+        put("after");
+      });
+  PlayedSchedule schedule(1, log);
+  schedule.lets_go = true;
+  callback.run(schedule);
+  EXPECT_THAT(log, ElementsAre("let go", "before", "await complete", "take back",  //
+                               "take turn", "begin", "after", "end with output", "give back"));
+  EXPECT_FALSE(has_run);
+}
+
+// Guards: they piled up to the size of the program's queue as long as no trigger came.
+TEST_F(BoundCallbackTest, WhereOnlyTheNewestCountsTwoAreKeptUntilTheTrigger) {
+  BoundCallback callback({.takes_newest = true}, inbox, turn);
+  for (int message = 1; message <= 100; ++message) {
+    inbox.put({0, [this, message] {
+                 if (!BoundCallback::discarding()) log.push_back(std::to_string(message));
+                 return Outcome::kCalled;
+               }});
+    callback.let_go_of_older();
+    EXPECT_LE(inbox.size(), 2U);
+  }
+  EXPECT_FALSE(BoundCallback::discarding());
+  PlayedSchedule schedule(1, log);
+  callback.run(schedule);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "100", "end", "give back"));
+}
+
+TEST_F(BoundCallbackTest, WhereAllCountNoneIsLetGoOf) {
+  BoundCallback callback({.takes_all = true}, inbox, turn);
+  for (const char* const name : {"first", "second", "third"}) {
+    put(name, false);
+    callback.let_go_of_older();
+  }
+  PlayedSchedule schedule(1, log);
+  callback.run(schedule);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "first", "second", "third", "end", "give back"));
+}
+
+// Of a subscription the call takes the oldest message that is there: one that was made meanwhile would take that of the
+// call under way.
+TEST_F(BoundCallbackTest, NoneIsLetGoOfWhileACallIsUnderWayAndThoseThatCameMeanwhileAreNext) {
+  BoundCallback callback({.takes_newest = true}, inbox, turn);
+  inbox.put({0, [&] {
+               std::thread([&] {
+                 for (const char* const name : {"2", "3", "4"}) {
+                   put(name, false);
+                   callback.let_go_of_older();
+                 }
+               }).join();
+               log.push_back("1 while " + std::to_string(inbox.size()) + " wait");
+               return Outcome::kCalled;
+             }});
+  PlayedSchedule schedule(1, log);
+  callback.run(schedule);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "1 while 3 wait", "end", "give back"));
+  inbox.put({0, [this] {
+               log.emplace_back("5");
+               return Outcome::kCalled;
+             }});
+  log.clear();
+  callback.let_go_of_older();
+  EXPECT_EQ(inbox.size(), 2U);
 }
 
 TEST_F(BoundCallbackTest, StoppingEndsTheWaitForAMessage) {

@@ -53,7 +53,8 @@ class ExecutorCallback::GroupTurn final : public Turn {
 class ExecutorCallback::NotingRuns final : public Schedule {
  public:
   NotingRuns(Runs& runs, ExecutorCallback& owner) : runs_(runs), owner_(owner) {}
-  bool wait() override { return runs_.wait(); }
+  ctn::Awaited await() override { return runs_.await(); }
+  bool await_complete() override { return runs_.await_complete(); }
   void begin() override {
     owner_.begin(runs_);
     owner_.run_times_.begin(owner_.binding().node, runs_.number(), system_now());
@@ -114,8 +115,22 @@ void ExecutorCallback::run() {
     is_timer = static_cast<bool>(callback_.direct);
   }
   if (is_timer && !binding().runs_by_itself) called.set_without_message([this] { return call_directly(); });
+  called.set_let_go([&] { let_go(called, turn); }, [this] { set_bound(true); });
   called.run(schedule);
-  bound_.store(false);
+  set_bound(false);
+}
+
+void ExecutorCallback::set_bound(bool bound) {
+  const std::lock_guard lock(mutex_);
+  bound_.store(bound);
+}
+
+// What was collected is called first, by this thread, and by its executor what comes from now on.
+void ExecutorCallback::let_go(BoundCallback& callback, Turn& turn) {
+  if (!turn.take(inbox_.stopped())) return;
+  set_bound(false);
+  callback.call_rest();
+  turn.give_back();
 }
 
 bool ExecutorCallback::call_directly() {
@@ -129,7 +144,7 @@ bool ExecutorCallback::call_directly() {
 
 void ExecutorCallback::collect() {
   const std::lock_guard lock(mutex_);
-  if (!callback_.take) return;
+  if (!callback_.take || !bound()) return;
   std::optional<Call> newest;
   while (std::optional<Call> next = callback_.take()) {
     if (binding().handles_all()) {
@@ -141,14 +156,16 @@ void ExecutorCallback::collect() {
   if (newest) put(std::move(*newest));
 }
 
-void ExecutorCallback::offer(Call call) {
+bool ExecutorCallback::offer(Call call) {
   const std::lock_guard lock(mutex_);
+  if (!bound()) return false;
   put(std::move(call));
+  return true;
 }
 
 void ExecutorCallback::put(Call call) {
   Inbox::Entry entry{0, [this, sent = call.sent, made = std::move(call.call)] {
-                       if (sent != 0) {
+                       if (sent != 0 && in_run()) {
                          for (const std::string& predecessor : binding().predecessors) {
                            const std::uint64_t run = run_times_.find(predecessor, sent);
                            if (run != 0) note_taken_from(predecessor, run);

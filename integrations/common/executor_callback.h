@@ -8,7 +8,8 @@
 //                      inheritance, which is held for the run; waiting for a trigger holds none
 //   lineage            a message's sender is the run of a predecessor within which it was sent (run_times.h)
 //
-// As long as no server schedules the node, bound() is false and the executor calls the callback itself.
+// As long as no server schedules the node, or has let go of its subchain, bound() is false and the executor calls the
+// callback itself.
 //
 // Thread safety: bound(), collect(), offer() and connect() from any thread; start() and stop() by one;
 // note_published() by the thread that is in a run.
@@ -22,6 +23,7 @@
 #include <string>
 #include <thread>
 
+#include "common/bound_callback.h"
 #include "common/inbox.h"
 #include "common/local_node.h"
 #include "common/priority_mutex.h"
@@ -60,7 +62,8 @@ class ExecutorCallback final : public LocalNode {
 
   bool bound() const { return bound_.load(); }
   void collect();
-  void offer(Call call);
+  // False: no server schedules the node any more, and the executor is to make the call.
+  bool offer(Call call);
 
   void note_published(const std::string& topic) override;
   // Each run gives output: what it publishes is not seen.
@@ -71,6 +74,8 @@ class ExecutorCallback final : public LocalNode {
   class GroupTurn;
 
   void run();
+  void set_bound(bool bound);
+  void let_go(BoundCallback& callback, Turn& turn);
   bool call_directly();
   void put(Call call);
 

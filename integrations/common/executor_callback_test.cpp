@@ -72,6 +72,29 @@ class ExecutorCallbackTest : public testing::Test {
   std::vector<int> called;
 };
 
+TEST_F(ExecutorCallbackTest, WhileItsSubchainIsLetGoOfTheExecutorCalls) {
+  const auto callback = started(detector());
+  run_once(1);
+  arrive(1);
+  callback->collect();
+  play.let_go();
+  EXPECT_FALSE(callback->bound());
+  EXPECT_THAT(called, ElementsAre(1)) << "nobody else has it any more";
+  arrive(2);
+  callback->collect();
+  EXPECT_EQ(history.size(), 1U) << "it is the executor's";
+  EXPECT_FALSE(callback->offer({}));
+  play.complete();
+  run_once(2);
+  EXPECT_TRUE(callback->bound());
+  arrive(3);
+  EXPECT_TRUE(callback->offer(*next()));
+  run_once(3);
+  end(*callback);
+  EXPECT_THAT(called, ElementsAre(1, 2, 3));
+  EXPECT_EQ(play.text(), "1 without; 2 without; 3 without; ");
+}
+
 // Who asked waits for the answer.
 TEST_F(ExecutorCallbackTest, ARunOfAServiceAnswersAllRequests) {
   Binding binding = detector();

@@ -58,6 +58,18 @@ bool Inbox::is_under_way_elsewhere(std::optional<Id> id) const {
 }
 
 std::optional<Outcome> Inbox::call_first() {
+  const std::lock_guard lock(calling_);
+  return call_front();
+}
+
+std::optional<Outcome> Inbox::call_first_beyond(std::size_t kept) {
+  if (!calling_.try_lock()) return std::nullopt;
+  const std::lock_guard lock(calling_, std::adopt_lock);
+  return size() > kept ? call_front() : std::nullopt;
+}
+
+// Precondition: calling_ is held.
+std::optional<Outcome> Inbox::call_front() {
   std::optional<Entry> first;
   {
     const std::lock_guard lock(mutex_);

@@ -2,7 +2,7 @@
 // the program asked for.
 //
 // The framework's threads put calls in; the node's thread waits for them and takes them. A mutex is held no longer than
-// it takes to move a pointer, and has priority inheritance. No call is made with it held.
+// it takes to move a pointer, and has priority inheritance. No call is made with it held. Calls are made one at a time.
 //
 // Who removes a callback may let go of what it uses right afterwards, so remove() waits for a call of it that is under
 // way; a callback that removes itself does not wait. Where the framework does not wait, who removes it may have got
@@ -47,6 +47,8 @@ class Inbox {
   void wait_for_call() const;
   // Makes the first call; it stays there, in front, where that gave kAgain. Not set: there is none.
   std::optional<Outcome> call_first();
+  // The same from any thread. Not set: there are not more than `kept`, or another call of this callback is under way.
+  std::optional<Outcome> call_first_beyond(std::size_t kept);
   // A call that has no entry here, and may be of any id.
   bool call_without_entry(const std::function<bool()>& call);
   std::deque<Entry> take_all();
@@ -68,8 +70,10 @@ class Inbox {
   // By the thread that makes the call: it is under way until this is let go.
   class EndOfCall;
 
+  std::optional<Outcome> call_front();
   bool is_under_way_elsewhere(std::optional<Id> id) const;
 
+  PriorityMutex calling_;  // held while the first call is made
   mutable PriorityMutex mutex_;
   mutable PriorityCondition changed_;
   std::deque<Entry> entries_;

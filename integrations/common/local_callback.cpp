@@ -41,7 +41,8 @@ class LocalCallback::OneAtATime final : public Turn {
 class LocalCallback::NotingRuns final : public Schedule {
  public:
   NotingRuns(Runs& runs, LocalCallback& owner) : runs_(runs), owner_(owner) {}
-  bool wait() override { return runs_.wait(); }
+  ctn::Awaited await() override { return runs_.await(); }
+  bool await_complete() override { return runs_.await_complete(); }
   void begin() override { owner_.begin(runs_); }
   void end(bool output) override { owner_.end(output); }
 
@@ -68,15 +69,35 @@ void LocalCallback::run() {
   bind();
   NotingRuns schedule(*runs, *this);
   OneAtATime turn(calling_);
-  BoundCallback(callback_options(binding()), inbox_, turn).run(schedule);
+  BoundCallback callback(callback_options(binding()), inbox_, turn);
+  callback.set_let_go([&] { let_go(callback, turn); }, [this] { bind(); });
+  callback.run(schedule);
 }
 
+// Those that the framework's thread called before have returned then.
 void LocalCallback::bind() {
-  const std::lock_guard lock(mutex_);
-  bound_ = true;
-  for (Sent& sent : sent_) {
-    if (const Message kept = std::exchange(sent.kept, nullptr)) put(kept);
+  {
+    const std::lock_guard lock(mutex_);
+    bound_ = true;
+    for (Sent& sent : sent_) {
+      const Message kept = std::exchange(sent.kept, nullptr);
+      if (!kept) continue;
+      sent.handled = true;
+      put(kept);
+    }
   }
+  unbound_.wait_for_ends(inbox_.stopped());
+}
+
+// What has come is called first, by this thread.
+void LocalCallback::let_go(BoundCallback& callback, Turn& turn) {
+  if (!turn.take(inbox_.stopped())) return;
+  {
+    const std::lock_guard lock(mutex_);
+    bound_ = false;
+  }
+  callback.call_rest();
+  turn.give_back();
 }
 
 std::vector<LocalCallback::Sent>::iterator LocalCallback::find(const void* address) {
@@ -93,28 +114,34 @@ void LocalCallback::deliver(const Message& message) {
   const std::lock_guard lock(mutex_);
   const auto sent = find(message.get());
   if (sent == sent_.end()) return;
-  const bool called = sent->called;
   sent->delivered = true;
-  if (!bound_ && !called) sent->kept = message;
+  if (!sent->handled && bound_) {
+    sent->handled = true;
+    put(message);
+  } else if (!sent->handled) {
+    sent->kept = message;
+  }
   if (sent->arrived) sent_.erase(sent);
-  if (bound_ && !called) put(message);
 }
 
 bool LocalCallback::arrive_at_node(const Message& message) {
   const std::lock_guard lock(mutex_);
   const auto sent = find(message.get());
-  if (sent == sent_.end()) {
-    if (bound_) put(message);
-    return bound_;
+  bool handled = false;
+  if (sent != sent_.end()) {
+    sent->arrived = true;
+    handled = std::exchange(sent->handled, true);
+    sent->kept = nullptr;
+    if (sent->delivered) sent_.erase(sent);
   }
-  sent->arrived = true;
-  sent->called = !bound_;
-  if (sent->delivered) sent_.erase(sent);
+  if (handled) return true;
+  bound_ ? put(message) : unbound_.begin();
   return bound_;
 }
 
 void LocalCallback::arrived(const Message& message) {
   if (arrive_at_node(message)) return;
+  const UnboundCalls::Ended at_end(unbound_);
   const std::lock_guard lock(calling_);
   if (!inbox_.stopped().load()) call_(message);
 }
@@ -125,7 +152,7 @@ void LocalCallback::put(const Message& message) {
 
 Inbox::Entry LocalCallback::entry_of(const Message& message) {
   return {0, [this, message] {
-            note_taken(MessageRuns::key_of_address(binding().name, message.get()));
+            if (in_run()) note_taken(MessageRuns::key_of_address(binding().name, message.get()));
             call_(message);
             return Outcome::kCalled;
           }};

@@ -8,6 +8,7 @@
 //
 // As long as the node is not registered (no server is there, or it refuses), the framework's thread calls. What is on
 // its way to that thread when the node is registered is for the node's runs, and comes before what is published then.
+// So it is while the server has let go of the node's subchain.
 //
 // Thread safety: start() and stop() from one thread; the rest from any.
 #pragma once
@@ -19,10 +20,12 @@
 #include <thread>
 #include <vector>
 
+#include "common/bound_callback.h"
 #include "common/inbox.h"
 #include "common/local_hooks.h"
 #include "common/local_node.h"
 #include "common/priority_mutex.h"
+#include "common/unbound_calls.h"
 
 namespace catan_ros {
 
@@ -56,12 +59,13 @@ class LocalCallback final : public LocalNode, public CallbackHook {
     Message kept;            // for when the node is registered, if that is before the framework's thread brings it
     bool delivered = false;  // by the thread that publishes
     bool arrived = false;    // by the framework's
-    bool called = false;     // by the framework's, as the node was not registered
+    bool handled = false;    // it was put into the inbox, or is called by the framework's thread
   };
 
   void run();
   void bind();
-  // By the framework's thread. Whether the message is for the node's runs; else that thread is to call.
+  void let_go(BoundCallback& callback, Turn& turn);
+  // By the framework's thread. Whether the message is for the node's runs, or was called; else that thread is to call.
   bool arrive_at_node(const Message& message);
   void put(const Message& message);
   Inbox::Entry entry_of(const Message& message);
@@ -73,6 +77,7 @@ class LocalCallback final : public LocalNode, public CallbackHook {
   PriorityMutex calling_;  // held while the program's code runs
   PriorityMutex mutex_;
   bool bound_ = false;
+  UnboundCalls unbound_;
   std::vector<Sent> sent_;  // in the order in which they were published
   std::thread thread_;
 };

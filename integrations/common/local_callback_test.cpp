@@ -6,6 +6,7 @@
 #include <chrono>
 #include <future>
 #include <memory>
+#include <thread>
 #include <vector>
 
 #include "common/testing/played_runs.h"
@@ -137,6 +138,83 @@ TEST_F(LocalCallbackTest, WhatIsOnItsWayWhenTheNodeIsRegisteredComesFirst) {
     callback.stop();
     EXPECT_THAT(taken, ElementsAre(2, 1, 3)) << "takes all: " << takes_all;
   }
+}
+
+TEST_F(LocalCallbackTest, WhileItsSubchainIsLetGoOfTheFrameworksThreadCalls) {
+  for (const bool takes_all : {false, true}) {
+    SCOPED_TRACE(takes_all);
+    Play of_node;
+    std::vector<int> taken;
+    LocalCallback callback(
+        callback_binding(takes_all), *runs,
+        [&](const std::atomic<bool>&) { return std::make_unique<PlayedRuns>(of_node); },
+        [&](const LocalCallback::Message& one) { taken.push_back(*static_cast<const int*>(one.get())); });
+    callback.start();
+    of_node.trigger();
+    of_node.wait_for_ends(1);
+    const auto waiting = message(1);
+    callback.expect(waiting.get());
+    callback.deliver(waiting);  // the framework's thread is late with it
+    const auto brought = message(2);
+    callback.expect(brought.get());
+    of_node.let_go();
+    EXPECT_THAT(taken, ElementsAre(1));
+    callback.arrived(waiting);
+    callback.arrived(brought);
+    callback.deliver(brought);
+    EXPECT_THAT(taken, ElementsAre(1, 2)) << "each once";
+    publish(callback, 3);
+    EXPECT_THAT(taken, ElementsAre(1, 2, 3));
+
+    const auto late = message(4);
+    callback.expect(late.get());
+    callback.deliver(late);
+    of_node.complete();
+    of_node.trigger();
+    of_node.wait_for_ends(2);
+    callback.arrived(late);
+    EXPECT_THAT(taken, ElementsAre(1, 2, 3, 4)) << "by the node's run";
+    publish(callback, 5);
+    of_node.trigger();
+    of_node.wait_for_ends(3);
+    of_node.finish();
+    callback.stop();
+    EXPECT_THAT(taken, ElementsAre(1, 2, 3, 4, 5));
+    EXPECT_EQ(of_node.text(), "1 without; 2 without; 3 without; ");
+  }
+}
+
+// Else the two would overlap.
+TEST_F(LocalCallbackTest, ACallOfTheFrameworksHasReturnedBeforeTheNextRun) {
+  std::promise<void> begun;
+  std::promise<void> goes_on;
+  LocalCallback callback(
+      callback_binding(true), *runs, [this](const std::atomic<bool>&) { return std::make_unique<PlayedRuns>(play); },
+      [&](const LocalCallback::Message& one) {
+        const int value = *static_cast<const int*>(one.get());
+        if (value == 1) {
+          begun.set_value();
+          goes_on.get_future().wait();
+        }
+        called.push_back(value);
+      });
+  callback.start();
+  play.trigger();
+  play.wait_for_ends(1);
+  play.let_go();
+  std::thread framework([&] { callback.arrived(message(1)); });
+  begun.get_future().wait();
+  play.complete();
+  play.trigger();
+  std::thread([&] {
+    std::this_thread::sleep_for(20ms);
+    EXPECT_EQ(play.text(), "1 without; ");
+    goes_on.set_value();
+  }).join();
+  framework.join();
+  play.wait_for_ends(2);
+  end(callback);
+  EXPECT_THAT(called, ElementsAre(1));
 }
 
 TEST_F(LocalCallbackTest, ARunThatIsUnderWayReturnsBeforeStop) {

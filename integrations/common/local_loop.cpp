@@ -25,11 +25,13 @@ void LocalLoop::try_attach() {
 
 bool LocalLoop::wait() {
   if (!runs_) try_attach();
-  return !runs_ || runs_->wait();
+  const ctn::Awaited awaited = runs_ ? runs_->await() : ctn::Awaited::kIncomplete;
+  is_triggered_ = awaited == ctn::Awaited::kTrigger;
+  return awaited != ctn::Awaited::kStopped;
 }
 
 void LocalLoop::begin() {
-  if (!runs_) return;
+  if (!is_triggered_) return;
   output_ = false;
   not_yet_given_ = binding().output_topics;
   LocalNode::begin(*runs_);
@@ -41,7 +43,7 @@ void LocalLoop::end() {
 
 // So that the server knows that the node lives. A loop that keeps its own time only looks whether it is time yet.
 void LocalLoop::skip() {
-  if (!runs_ || binding().runs_by_itself) return;
+  if (!is_triggered_ || binding().runs_by_itself) return;
   LocalNode::begin(*runs_);
   LocalNode::end(false);
 }

@@ -9,7 +9,8 @@
 // One that keeps its own time (a driver) ends its run when it has published on all topics that its successors take:
 // what it does then is to wait for what is next.
 //
-// Until the node is registered, rounds are as without Catan. The first one waits a moment for that.
+// Until the node is registered, rounds are as without Catan. The first one waits a moment for that. So they are while
+// the server has let go of the node's subchain.
 //
 // Thread safety: all calls by the loop's thread.
 #pragma once
@@ -46,6 +47,7 @@ class LocalLoop final : public LocalNode, public LoopHook {
   Attach attach_;
   std::unique_ptr<Runs> runs_;
   bool tried_ = false;
+  bool is_triggered_ = false;  // the round is to be a run
   bool output_ = false;
   std::vector<std::string> not_yet_given_;  // of the topics that its successors take, in this round
 };

@@ -133,6 +133,30 @@ TEST_F(LocalLoopTest, WhatARunWithoutOutputHasTakenIsKeptForTheNext) {
   EXPECT_EQ(play.text(), "1 took render:7 without; 2 had render:7 with output; 3 without; ");
 }
 
+TEST_F(LocalLoopTest, GoesRoundWithoutTriggersWhileItsSubchainIsLetGoOf) {
+  LocalTopic topic("image");
+  LocalLoop loop = loop_of(loop_binding());
+  play.is_incomplete();
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(loop.wait());
+    loop.begin();
+    EXPECT_EQ(LocalNode::current(), nullptr);
+    publish(topic);
+    loop.end();
+    loop.skip();
+  }
+  EXPECT_EQ(play.text(), "");
+  play.complete();
+  play.trigger();
+  play.finish();
+  ASSERT_TRUE(loop.wait());
+  loop.begin();
+  publish(topic);
+  loop.end();
+  EXPECT_FALSE(loop.wait());
+  EXPECT_EQ(play.text(), "1 with output; ");
+}
+
 TEST_F(LocalLoopTest, GoesRoundWithoutAServerAndBecomesANodeLater) {
   bool there = false;
   LocalLoop loop(loop_binding(), *runs,

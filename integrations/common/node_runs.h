@@ -32,7 +32,8 @@ class NodeRuns final : public Runs {
  public:
   explicit NodeRuns(ctn::AttachedNode node) : node_(node) {}
 
-  bool wait() override { return node_.wait(); }
+  ctn::Awaited await() override { return node_.await(); }
+  bool await_complete() override { return node_.await_complete(); }
   void begin() override;
   void end(bool output) override;
 

@@ -40,26 +40,6 @@ Outcome to_outcome(ros::CallbackInterface::CallResult result) {
   return Outcome::kNothing;
 }
 
-// A call that waited for the node and goes to the program's queue after all.
-class HandedOn final : public ros::CallbackInterface {
- public:
-  explicit HandedOn(std::function<Outcome()> call) : call_(std::move(call)) {}
-  CallResult call() override {
-    switch (call_()) {
-      case Outcome::kCalled:
-        return Success;
-      case Outcome::kAgain:
-        return TryAgain;
-      case Outcome::kNothing:
-        break;
-    }
-    return Invalid;
-  }
-
- private:
-  std::function<Outcome()> call_;
-};
-
 // A run handles all that is in the inbox, or the newest message of a subscription whose input is `latest`.
 BoundCallbackOptions options_of(const Binding& binding) {
   BoundCallbackOptions options;
@@ -105,11 +85,36 @@ class NoSignals {
 
 }  // namespace
 
+// A call that the program's own queue makes; unless its node is bound by then, whose runs are to make it.
+class BoundNode::PassedOn final : public ros::CallbackInterface {
+ public:
+  PassedOn(BoundNode& node, const Candidate* from, std::function<Outcome()> call, std::uint64_t id)
+      : node_(node), from_(from), call_(std::move(call)), id_(id) {}
+  CallResult call() override {
+    switch (node_.call_passed_on(from_, call_, id_)) {
+      case Outcome::kCalled:
+        return Success;
+      case Outcome::kAgain:
+        return TryAgain;
+      case Outcome::kNothing:
+        break;
+    }
+    return Invalid;
+  }
+
+ private:
+  BoundNode& node_;
+  const Candidate* const from_;  // maybe gone
+  std::function<Outcome()> call_;
+  const std::uint64_t id_;
+};
+
 // It looks what the program has got when a run begins.
 class BoundNode::NotingRuns final : public Schedule {
  public:
   NotingRuns(NodeRuns& runs, BoundNode& owner) : runs_(runs), owner_(owner) {}
-  bool wait() override { return runs_.wait(); }
+  ctn::Awaited await() override { return runs_.await(); }
+  bool await_complete() override { return runs_.await_complete(); }
   void begin() override {
     runs_.begin();
     owner_.note_begun();
@@ -143,6 +148,7 @@ BoundNode::BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessa
   const bool is_triggered_timer = binding_.kind == Binding::Kind::kTimer && !binding_.runs_by_itself;
   if (is_triggered_timer) callback_.set_without_message([this] { return call_directly(); });
   if (message_runs_ != nullptr) callback_.set_newest_sent([this] { return newest_sent(); });
+  callback_.set_let_go([this] { bind(false); }, [this] { take_back(); });
 }
 
 BoundNode* BoundNode::current() { return t_node; }
@@ -225,8 +231,13 @@ void BoundNode::leave(const Candidate& candidate) {
 // Precondition: bound_mutex_ is held, and there is a candidate. A run that has begun with the turn of a queue makes no
 // calls of another queue's callbacks, which would overlap with others of that queue: until it ends these are called as
 // if they waited.
-bool BoundNode::has_node(const Candidate& candidate) const {
-  return candidates_.front() == &candidate && turn_.is_current();
+bool BoundNode::has_node(const Candidate* candidate) const {
+  return candidates_.front() == candidate && turn_.is_current();
+}
+
+// Precondition: bound_mutex_ is held.
+bool BoundNode::is_being_removed(std::uint64_t id) const {
+  return std::find(being_removed_.begin(), being_removed_.end(), id) != being_removed_.end();
 }
 
 // Precondition: bound_mutex_ is held.
@@ -241,9 +252,17 @@ void BoundNode::put(Candidate& from, const ros::CallbackInterfacePtr& callback, 
     if (from.is_given_up_) return from.original_.addCallback(callback, id);
     from.timer_runs_ = true;
     join(from);
-    if (has_node(from) && bound_) return inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
+    if (has_node(&from) && bound_) {
+      inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
+      if (!from.keeps_all_.load()) callback_.let_go_of_older();
+      return;
+    }
+    if (candidates_.front() == &from) {
+      return pass_on(
+          from, [callback] { return to_outcome(callback->call()); }, id);
+    }
     from.original_.addCallback(callback, id);
-    if (candidates_.front() == &from || std::exchange(from.is_told_of_, true)) return;
+    if (std::exchange(from.is_told_of_, true)) return;
   }
   tell_of_waiting(from);
 }
@@ -252,11 +271,31 @@ void BoundNode::remove(Candidate& from, std::uint64_t id) {
   {
     const std::lock_guard lock(bound_mutex_);
     from.timer_runs_ = false;
+    being_removed_.push_back(id);
   }
   inbox_.remove(id, under_way_of(binding_));
   from.original_.removeByID(id);
   const std::lock_guard lock(bound_mutex_);
+  being_removed_.erase(std::find(being_removed_.begin(), being_removed_.end(), id));
   leave(from);
+}
+
+// Precondition: bound_mutex_ is held.
+void BoundNode::pass_on(Candidate& from, std::function<Outcome()> call, std::uint64_t id) {
+  from.original_.addCallback(boost::make_shared<PassedOn>(*this, &from, std::move(call), id), id);
+}
+
+Outcome BoundNode::call_passed_on(const Candidate* from, std::function<Outcome()>& call, std::uint64_t id) {
+  {
+    const std::lock_guard lock(bound_mutex_);
+    if (bound_ && !candidates_.empty() && has_node(from) && !is_being_removed(id)) {
+      inbox_.put({id, std::move(call)});
+      return Outcome::kCalled;
+    }
+    unbound_.begin();
+  }
+  const UnboundCalls::Ended at_end(unbound_);
+  return call();
 }
 
 // What was to be called is let go without the mutex.
@@ -293,7 +332,7 @@ bool BoundNode::call_directly() {
     const std::lock_guard lock(bound_mutex_);
     if (candidates_.empty()) return false;
     const Candidate& first = *candidates_.front();
-    if (has_node(first) && first.timer_runs_) call = first.direct_call_;
+    if (has_node(&first) && first.timer_runs_) call = first.direct_call_;
   }
   return call != nullptr && (*call)();
 }
@@ -385,7 +424,9 @@ void BoundNode::note_let_go(MessageRuns::Key key) {
   }
 }
 
+// What is being removed is let go without the mutex.
 void BoundNode::bind(bool bound) {
+  std::vector<Inbox::Entry> removed;
   const std::lock_guard lock(bound_mutex_);
   bound_ = bound;
   settled_ = true;
@@ -393,8 +434,17 @@ void BoundNode::bind(bool bound) {
   // Without a candidate there is nothing: what was removed is not there.
   if (bound || candidates_.empty()) return;
   for (Inbox::Entry& entry : inbox_.take_all()) {
-    candidates_.front()->original_.addCallback(boost::make_shared<HandedOn>(std::move(entry.call)), entry.id);
+    if (is_being_removed(entry.id)) {
+      removed.push_back(std::move(entry));
+    } else {
+      pass_on(*candidates_.front(), std::move(entry.call), entry.id);
+    }
   }
+}
+
+void BoundNode::take_back() {
+  bind(true);
+  unbound_.wait_for_ends(inbox_.stopped());
 }
 
 void BoundNode::run() {
@@ -402,7 +452,7 @@ void BoundNode::run() {
       connection_.attach(binding_.node, inbox_.stopped(), [this] { bind(false); });
   if (!node) return bind(false);
   ROS_INFO("catan: node %s is scheduled", binding_.node.c_str());
-  bind(true);
+  take_back();
   t_node = this;
   NodeRuns runs(*node);
   runs_ = &runs;

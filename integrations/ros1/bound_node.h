@@ -5,8 +5,9 @@
 // Those that wait are called from the program's own queue. So `subscriber = handle.subscribe(...)` stays the node,
 // though the new subscription comes before the old one goes.
 //
-// As long as no server schedules the node (none is there, or it refuses), callbacks go on to the program's own queue
-// and are called as without Catan.
+// As long as no server schedules the node (none is there, or it refuses, or has let go of the node's subchain),
+// callbacks go on to the program's own queue and are called as without Catan. When one does, those that have begun are
+// waited for, and those that have not wait for the node's runs: calls of one callback do not overlap.
 //
 // Thread safety: a candidate's calls from any thread, as roscpp makes them.
 #pragma once
@@ -29,6 +30,7 @@
 #include "common/message_runs.h"
 #include "common/node_runs.h"
 #include "common/server_connection.h"
+#include "common/unbound_calls.h"
 
 namespace catan_ros {
 
@@ -69,6 +71,7 @@ class BoundNode final {
 
  private:
   class NotingRuns;
+  class PassedOn;
   // Of the queue that is the program's at the time when a run begins.
   class CurrentTurn final : public Turn {
    public:
@@ -86,9 +89,13 @@ class BoundNode final {
 
   void put(Candidate& from, const ros::CallbackInterfacePtr& callback, std::uint64_t id);
   void remove(Candidate& from, std::uint64_t id);
+  // To the program's own queue.
+  void pass_on(Candidate& from, std::function<Outcome()> call, std::uint64_t id);
+  Outcome call_passed_on(const Candidate* from, std::function<Outcome()>& call, std::uint64_t id);
   void join(Candidate& candidate);
   void leave(const Candidate& candidate);
-  bool has_node(const Candidate& candidate) const;
+  bool has_node(const Candidate* candidate) const;
+  bool is_being_removed(std::uint64_t id) const;
   void give_node_to_first();
   void tell_of_waiting(const Candidate& candidate) const;
   bool call_directly();
@@ -99,6 +106,7 @@ class BoundNode final {
   bool is_taken_by_successor(const std::string& topic) const;
   void tell_of_no_message();
   void bind(bool bound);
+  void take_back();
 
   const Binding binding_;
   MessageRuns* message_runs_;
@@ -112,6 +120,8 @@ class BoundNode final {
   std::vector<Candidate*> candidates_;                    // in the order in which they came, under bound_mutex_
   ros::CallbackQueueInterface* queue_of_turn_ = nullptr;  // under bound_mutex_
   bool bound_ = false;
+  std::vector<std::uint64_t> being_removed_;  // under bound_mutex_
+  UnboundCalls unbound_;                      // that were passed on
   PriorityCondition settled_changed_;
   bool settled_ = false;  // it is bound, or will not be
   std::atomic<bool> started_{false};
@@ -132,6 +142,10 @@ class BoundNode::Candidate final : public ros::CallbackQueueInterface {
 
   BoundNode& node() { return node_; }
 
+  // Its messages are not let go of before a run: that may be the last who holds the program's object, whose end is not
+  // for a thread of roscpp's.
+  void keep_all() { keeps_all_.store(true); }
+
   // A timer's callback, which a trigger may call before the timer is due, and whether the timer runs. False: not at
   // this moment.
   void set_direct_call(std::function<bool()> call, bool timer_runs);
@@ -144,6 +158,7 @@ class BoundNode::Candidate final : public ros::CallbackQueueInterface {
 
   BoundNode& node_;
   ros::CallbackQueueInterface& original_;
+  std::atomic<bool> keeps_all_{false};
   // Under the node's bound_mutex_.
   std::shared_ptr<std::function<bool()>> direct_call_;
   bool timer_runs_ = true;

@@ -1,7 +1,7 @@
 // The callbacks of subscriptions in a program that has bound ones: in all but what is said here they are the program's
 // own.
 //
-// Thread safety: as roscpp calls it; call() by the node's thread.
+// Thread safety: as roscpp calls it; call() by the node's thread, and by any where it lets go of the message.
 #pragma once
 
 #include <ros/subscription_callback_helper.h>

@@ -69,6 +69,7 @@ ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& option
     own.callback_queue = own_queue.get();
     own.helper = keeping(std::move(own.helper), own_queue);
     own.queue_size = room_for(own_queue->node().binding(), options.queue_size);
+    if (options.tracked_object) own_queue->keep_all();
     own_queue->node().start();
   }
   ros::Subscriber subscriber = (handle.*next)(own);

@@ -222,14 +222,12 @@ bool Dispatch::hand_over(const rclcpp::AnyExecutable& ready) {
   if (ready.timer) {
     ExecutorCallback* const callback = callback_of(ready.timer, ready.callback_group);
     if (!bound(callback)) return false;
-    if (callback->binding().runs_by_itself) callback->offer(call_of(ready.timer, ready));
-    return true;
+    return !callback->binding().runs_by_itself || callback->offer(call_of(ready.timer, ready));
   }
   if (!ready.waitable) return false;
   const auto found = known_.find(ready.waitable.get());
   if (found == known_.end() || !bound(found->second.callback)) return false;
-  found->second.callback->offer(call_of(ready.waitable, ready.data));
-  return true;
+  return found->second.callback->offer(call_of(ready.waitable, ready.data));
 }
 
 // The node that a subscription, service or timer is; null: none. A new one takes the place of one that is gone; of two

@@ -17,6 +17,8 @@ runtime::NodePort& port_of(void* port) { return *static_cast<runtime::NodePort*>
 }  // namespace
 
 bool AttachedNode::wait() { return port_of(port_).wait_for_trigger(); }
+Awaited AttachedNode::await() { return port_of(port_).await(); }
+bool AttachedNode::await_complete() { return port_of(port_).await_complete(); }
 void AttachedNode::begin(Run& run) { port_of(port_).begin(run); }
 void AttachedNode::take(Run& run, std::string_view from, std::uint64_t first, std::uint64_t last) {
   port_of(port_).take(run, from, first, last);

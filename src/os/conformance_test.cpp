@@ -221,6 +221,26 @@ TEST_P(OsConformance, WaitWithoutADeadlineIsWoken) {
   EXPECT_EQ(result, WaitResult::kChanged);
 }
 
+TEST_P(OsConformance, WhoWaitsForAWakeIsWokenWithoutAChange) {
+  std::atomic<std::uint32_t> word{0};
+  std::atomic<bool> told{false};
+  std::atomic<bool> returned{false};
+  os().wait_for_wake(word, 1);  // it differs
+  const auto waiter = os().spawn("waiter", [&] {
+    while (!told) os().wait_for_wake(word, 0);
+    returned = true;
+  });
+  os().sleep_until(os().now() + 5ms);
+  EXPECT_FALSE(returned);
+  told = true;
+  // It may have looked before, and wait only now.
+  while (!returned) {
+    os().wake(word);
+    os().sleep_until(os().now() + 1ms);
+  }
+  waiter->join();
+}
+
 TEST_P(OsConformance, WakeWithoutAChangeIsAbsorbed) {
   const std::atomic<std::uint32_t> word{0};
   const TimePoint deadline = os().now() + 30ms;

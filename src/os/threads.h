@@ -76,7 +76,10 @@ class Threads {
   // Blocks until the word is no longer `expected`, or the deadline (kNever: none) has passed. Returns at once if it
   // differs already. Spurious wake-ups are absorbed. The word may lie in memory shared between processes.
   virtual WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) = 0;
-  // Wakes all threads that wait on the word. The caller changed it before.
+  // The same, without a deadline, and it also returns where the word was woken and has not changed, or for no reason:
+  // for a thread that waits for something else, too, of which it is told by a wake.
+  virtual void wait_for_wake(const std::atomic<std::uint32_t>& word, std::uint32_t expected) = 0;
+  // Wakes all threads that wait on the word. The caller changed it before, but for those in wait_for_wake().
   virtual void wake(const std::atomic<std::uint32_t>& word) = 0;
 };
 

@@ -17,6 +17,7 @@ constexpr Nanos kStep = driver::kPlanningStep;
 constexpr Nanos kFlushEvery = std::chrono::seconds{1};
 // By then controllers have carried out what was published: a frame has ended, or a run.
 constexpr Nanos kSettled = std::chrono::seconds{1};
+constexpr int kMoreWakes = 3;  // one a flush
 
 }  // namespace
 
@@ -42,6 +43,8 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       log_(app, loop_, measurements, notices),
       collector_(app, os, std::move(from), clocks_, measurements, log_),
       unscheduled_(app.graph, region, links_, registered_),
+      incomplete_(app.graph.subchains().size()),
+      wakes_(app.graph.subchains().size(), 0),
       paced_(app.graph.subchains().size(), false) {
   log_.record_to(std::move(writer));
   log_.keep_in(recorder_);
@@ -76,6 +79,7 @@ void Housekeeping::step(TimePoint& next_flush) {
   registered_.forget_ended_threads();
   if (enforcer_.real_time()) unscheduled_.look([this](const std::string& what) { notice("watchdog", what); });
   update_registered();
+  let_go_of_incomplete(now);
   carry_out_changes(now);
   if (std::optional<driver::Planned> planned = loop_.plan(now, *this)) {
     measurements_.planned(loop_.budget().plans(), loop_.planning_cpu());
@@ -90,6 +94,7 @@ void Housekeeping::step(TimePoint& next_flush) {
     collector_.note_ignored_wakes();
     log_.flush(now);
     keep_places(now);
+    wake_again();
   }
 }
 
@@ -189,11 +194,53 @@ void Housekeeping::update_registered() {
   RegisteredNodes::Change change = registered_.settle(paced_);
   for (const SubchainId id : change.left) paced_[id.index()] = false;
   std::erase_if(change.back, [&](SubchainId id) { return !prepare_restart(id); });
-  for (const SubchainId id : change.back) paced_[id.index()] = true;
+  for (const SubchainId id : change.back) {
+    paced_[id.index()] = true;
+    // Before its next trigger.
+    if (incomplete_.complete(id)) tell_nodes(id, false);
+  }
   if (!change.left.empty() || !change.back.empty()) publish(loop_.decision());
   for (const SubchainId id : change.back) {
     log_.notice({os_.now(), "subchain",
                  fmt::format("subchain {} runs: all of its nodes have registered", app_.graph.subchain(id).name)});
+  }
+}
+
+// A program that runs one of the nodes may be there without the others, whatever keeps these.
+void Housekeeping::let_go_of_incomplete(TimePoint now) {
+  for (std::size_t index = 0; index < paced_.size(); ++index) {
+    if (paced_[index]) continue;
+    const SubchainId id(index);
+    const graph::Subchain& subchain = app_.graph.subchain(id);
+    const std::vector<NodeId> missing = registered_.missing_of(subchain);
+    if (!incomplete_.look(id, !missing.empty() && missing.size() < subchain.nodes.size(), now)) continue;
+    tell_nodes(id, true);
+    std::vector<std::string> names;
+    for (const NodeId node : missing) names.push_back(app_.graph.node(node).name);
+    log_.notice({now, "subchain",
+                 fmt::format("subchain {} is let go of until {} {} {} there: callbacks that are bound to its other "
+                             "nodes are called as without Catan",
+                             subchain.name, names.size() == 1 ? "node" : "nodes", fmt::join(names, ", "),
+                             names.size() == 1 ? "is" : "are")});
+  }
+}
+
+void Housekeeping::tell_nodes(SubchainId subchain, bool incomplete) {
+  region_.signal(subchain).incomplete.store(incomplete ? 1 : 0, std::memory_order_seq_cst);
+  wake_nodes(subchain);
+  wakes_[subchain.index()] = kMoreWakes;
+}
+
+void Housekeeping::wake_nodes(SubchainId subchain) {
+  for (const NodeId node : app_.graph.subchain(subchain).nodes) links_[node.index()]->wake();
+}
+
+// A node that has looked just before, and sleeps just after, misses the wake.
+void Housekeeping::wake_again() {
+  for (std::size_t index = 0; index < wakes_.size(); ++index) {
+    if (wakes_[index] == 0) continue;
+    --wakes_[index];
+    wake_nodes(SubchainId(index));
   }
 }
 

@@ -24,6 +24,7 @@
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
+#include "runtime/incomplete_subchains.h"
 #include "runtime/region.h"
 #include "runtime/registered_nodes.h"
 #include "runtime/unscheduled_watch.h"
@@ -69,6 +70,10 @@ class Housekeeping : private driver::PlanningHost {
   void keep_places(TimePoint now);
   void update_registered();
   bool prepare_restart(SubchainId subchain);
+  void let_go_of_incomplete(TimePoint now);
+  void tell_nodes(SubchainId subchain, bool incomplete);
+  void wake_nodes(SubchainId subchain);
+  void wake_again();
 
   const graph::App& app_;
   os::Os& os_;
@@ -88,6 +93,8 @@ class Housekeeping : private driver::PlanningHost {
   EventLog log_;
   Collector collector_;
   UnscheduledWatch unscheduled_;
+  IncompleteSubchains incomplete_;
+  std::vector<int> wakes_;          // by subchain: how often its nodes are woken again, to be told of that
   std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};

@@ -121,6 +121,8 @@ void NodeLink::trigger(std::uint64_t token) {
   os_.wake(cell_.word);
 }
 
+void NodeLink::wake() { os_.wake(cell_.word); }
+
 bool NodeLink::is_triggered(std::uint64_t token) const {
   return cell_.word.load(std::memory_order_acquire) == static_cast<std::uint32_t>(token);
 }

@@ -64,6 +64,8 @@ class NodeLink {
 
   // --- triggers ---
   void trigger(std::uint64_t token);
+  // Without a trigger: it looks again what is said of its subchain.
+  void wake();
   // Whether this is the node's newest trigger. The node may have written it.
   bool is_triggered(std::uint64_t token) const;
 

@@ -182,32 +182,63 @@ void NodePort::Runs::bind(const Binding& binding) {
   }
 }
 
-bool NodePort::Runs::wait_for_trigger() {
-  if (paces_itself_) return !shared_.stopping.load(std::memory_order_acquire);
-  if (!own_cpu_ || os_.now() - end_ > kStraightBack) own_cpu_ = os_.thread_cpu_time();
+std::optional<std::uint32_t> NodePort::Runs::word_unless_stopped() {
   const auto stopping = [this] { return shared_.stopping.load(std::memory_order_acquire); };
   for (;;) {
     follow_move();
     if (stopping()) {
       // Restores the word that stop() changed, since the next program that runs this node goes by it.
       binding_->own->word.store(low(token_), std::memory_order_release);
-      return false;
+      return std::nullopt;
     }
-    const std::uint32_t expected = low(token_);
     const std::uint32_t word = binding_->own->word.load(std::memory_order_acquire);
     // After the word, which the thread that stops or moves the node changes last: it may have done so before bind()
     // read it.
-    if (stopping() || shared_.newest.load(std::memory_order_acquire) != binding_) continue;
-    if (word == expected) {
-      os_.wait(binding_->own->word, expected, kNever);
+    if (!stopping() && shared_.newest.load(std::memory_order_acquire) == binding_) return word;
+  }
+}
+
+// To be read after the word: whoever triggers the subchain when it is complete has said so before.
+bool NodePort::Runs::is_let_go() const {
+  return binding_->signal != nullptr && binding_->signal->incomplete.load(std::memory_order_acquire) != 0;
+}
+
+// The low half tells the difference, which may be negative: a scheduler that was stopped while its nodes paced
+// themselves goes on with the tokens that it had.
+void NodePort::Runs::go_by(std::uint32_t word) {
+  token_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int32_t>(word - low(token_))));
+}
+
+Awaited NodePort::Runs::await(bool asks) {
+  if (paces_itself_) return shared_.stopping.load(std::memory_order_acquire) ? Awaited::kStopped : Awaited::kTrigger;
+  if (!own_cpu_ || os_.now() - end_ > kStraightBack) own_cpu_ = os_.thread_cpu_time();
+  while (const std::optional<std::uint32_t> word = word_unless_stopped()) {
+    if (asks && is_let_go()) {
+      go_by(*word);
+      return Awaited::kIncomplete;
+    }
+    if (*word == low(token_)) {
+      if (asks) {
+        os_.wait_for_wake(binding_->own->word, *word);
+      } else {
+        os_.wait(binding_->own->word, *word, kNever);
+      }
       continue;
     }
-    // The low half tells the difference, which may be negative: a scheduler that was stopped while its nodes paced
-    // themselves goes on with the tokens that it had.
-    token_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int32_t>(word - expected)));
+    go_by(*word);
     has_waited_ = true;
-    return true;
+    return Awaited::kTrigger;
   }
+  return Awaited::kStopped;
+}
+
+bool NodePort::Runs::await_complete() {
+  while (const std::optional<std::uint32_t> word = word_unless_stopped()) {
+    if (!is_let_go()) return true;
+    go_by(*word);
+    os_.wait_for_wake(binding_->own->word, *word);
+  }
+  return false;
 }
 
 void NodePort::Runs::begin(Run& run) {

@@ -43,6 +43,7 @@
 #include <vector>
 
 #include "base/run_access.h"
+#include "catan/awaited.h"
 #include "catan/run.h"
 #include "graph/app.h"
 #include "os/os.h"
@@ -67,7 +68,12 @@ class NodePort {
   static constexpr Nanos kStraightBack = std::chrono::microseconds{50};
   // Blocks until a trigger comes, or output of the node that this one follows; false: `stop` was called. For an
   // unscheduled node that follows none there is nothing to wait for: its thread has a period of its own.
-  bool wait_for_trigger() { return runs_.wait_for_trigger(); }
+  bool wait_for_trigger() { return runs_.await(false) == Awaited::kTrigger; }
+  // The same, and returns at once while the subchain is let go of (incomplete_subchains.h). What triggers it then, a
+  // run that was under way or a program without a server, is passed over.
+  Awaited await() { return runs_.await(true); }
+  // Blocks while it is let go of; false: `stop` was called.
+  bool await_complete() { return runs_.await_complete(); }
   void begin(Run& run) { runs_.begin(run); }
   // Between begin() and end(): of an input without a channel, which outputs the run takes, where that is known. What
   // has not been given yet does not count.
@@ -133,13 +139,19 @@ class NodePort {
     void set_channel(std::size_t input, ChannelBase& channel) { edges_[input].channel = &channel; }
     // Goes by the newest binding from now on.
     void follow_move();
-    bool wait_for_trigger();
+    // `asks`: it is to return when the subchain is let go of.
+    Awaited await(bool asks);
+    bool await_complete();
     void begin(Run& run);
     void take(Run& run, std::string_view from, std::uint64_t first, std::uint64_t last);
     void end(Run& run);
 
    private:
     void bind(const Binding& binding);
+    // The node's word, once it is of the newest binding; empty: `stop` was called.
+    std::optional<std::uint32_t> word_unless_stopped();
+    bool is_let_go() const;
+    void go_by(std::uint32_t word);
     void consume_newest(Run& run);
     void consume_newest(Run& run, std::size_t input, const NodeCell& predecessor);
     RunAccess::Origin settle_ages(Run& run);

@@ -90,6 +90,9 @@ struct alignas(64) SignalCell : OutputCell {
   std::atomic<std::uint32_t> wants_completions{0};  // only then is the holder woken when a run ends
   std::atomic<std::int64_t> period{0};              // ns; what nodes go on at without a scheduler. 0: unknown
   std::atomic<std::int32_t> threads{0};             // on how many a node's run should work; 0: no plan says
+  // 1: a node is missing, and nothing is triggered until it is there (incomplete_subchains.h). Nodes that ask for it
+  // are woken when that changes; before the next trigger it is 0 again.
+  std::atomic<std::uint32_t> incomplete{0};
 };
 
 struct alignas(64) NodeCell {

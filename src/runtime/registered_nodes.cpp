@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -74,6 +75,14 @@ bool RegisteredNodes::has_all(const graph::Subchain& subchain) const {
 bool RegisteredNodes::has_all_of(const graph::Subchain& subchain) const {
   const std::lock_guard lock(mutex_);
   return has_all(subchain);
+}
+
+std::vector<NodeId> RegisteredNodes::missing_of(const graph::Subchain& subchain) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<NodeId> missing;
+  std::copy_if(subchain.nodes.begin(), subchain.nodes.end(), std::back_inserter(missing),
+               [&](NodeId node) { return presence_[node.index()] != Presence::kRegistered; });
+  return missing;
 }
 
 // Else both nodes' controllers would set its level, and it would stay raised when one of the nodes gives it up.

@@ -57,6 +57,8 @@ class RegisteredNodes {
   // --- the housekeeping thread's ---
   // All nodes of the subchain are registered.
   bool has_all_of(const graph::Subchain& subchain) const;
+  // Those that are not, in the order they run.
+  std::vector<NodeId> missing_of(const graph::Subchain& subchain) const;
   struct Change {
     std::vector<SubchainId> left;  // of the subchains that were paced: a node was missing, if only for a while
     std::vector<SubchainId> back;  // of the others: all nodes are registered

@@ -101,8 +101,9 @@ std::vector<Include> includes_of(std::string_view text) {
 // the error types, what a node's function is given, and a session's figures.
 std::string module_of(const Include& include) {
   if (include.folder() != "catan") return include.folder();
-  static const std::set<std::string> by_themselves{"catan/result.h",   "catan/run.h",     "catan/channel.h",
-                                                   "catan/snapshot.h", "catan/summary.h", "catan/changes.h"};
+  static const std::set<std::string> by_themselves{"catan/awaited.h", "catan/result.h",   "catan/run.h",
+                                                   "catan/channel.h", "catan/snapshot.h", "catan/summary.h",
+                                                   "catan/changes.h"};
   return by_themselves.contains(include.target) ? "base" : "api";
 }
 

@@ -26,6 +26,22 @@ class Play {
     finished_ = true;
     changed_.notify_all();
   }
+  // The server has let go of the subchain; the second returns when the node waits until it is complete.
+  void is_incomplete() {
+    const std::lock_guard lock(mutex_);
+    incomplete_ = true;
+    changed_.notify_all();
+  }
+  void let_go() {
+    is_incomplete();
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return is_let_go_; });
+  }
+  void complete() {
+    const std::lock_guard lock(mutex_);
+    incomplete_ = false;
+    changed_.notify_all();
+  }
   // Until so many runs have ended.
   void wait_for_ends(int count) {
     std::unique_lock lock(mutex_);
@@ -44,6 +60,8 @@ class Play {
   int triggers_ = 0;
   int ends_ = 0;
   bool finished_ = false;
+  bool incomplete_ = false;
+  bool is_let_go_ = false;
   std::string text_;
 };
 
@@ -52,11 +70,20 @@ class PlayedRuns final : public Runs {
   // `waits` is false for a node that keeps its own time.
   explicit PlayedRuns(Play& play, bool waits = true) : play_(play), waits_(waits) {}
 
-  bool wait() override {
+  ctn::Awaited await() override {
     std::unique_lock lock(play_.mutex_);
-    if (!waits_) return !play_.finished_;
-    play_.changed_.wait(lock, [&] { return play_.triggers_ > 0 || play_.finished_; });
-    return play_.triggers_ > 0 && play_.triggers_-- > 0;
+    if (!waits_) return play_.finished_ ? ctn::Awaited::kStopped : ctn::Awaited::kTrigger;
+    play_.changed_.wait(lock, [&] { return play_.triggers_ > 0 || play_.incomplete_ || play_.finished_; });
+    if (play_.incomplete_ && !play_.finished_) return ctn::Awaited::kIncomplete;
+    return play_.triggers_ > 0 && play_.triggers_-- > 0 ? ctn::Awaited::kTrigger : ctn::Awaited::kStopped;
+  }
+  bool await_complete() override {
+    std::unique_lock lock(play_.mutex_);
+    play_.is_let_go_ = true;
+    play_.changed_.notify_all();
+    play_.changed_.wait(lock, [&] { return !play_.incomplete_ || play_.finished_; });
+    play_.is_let_go_ = false;
+    return !play_.incomplete_;
   }
   void begin() override {
     ++number_;

@@ -3,7 +3,7 @@
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
 //              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
-//              [--stop-inside]
+//              [--stop-inside] [--strings KB]
 //
 // A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
@@ -12,11 +12,13 @@
 // --wait-first it waits for a message before it subscribes, with --once-first it has a timer that is due once before
 // the other, of the same period. --restarts: so often it starts four spinner threads, and stops them, before it spins.
 // With --subscribe-again it assigns another subscription of --in to the first. With --stop-inside the callback of the
-// timer or the service waits for a lock, and who has got that stops the timer or the service meanwhile.
+// timer or the service waits for a lock, and who has got that stops the timer or the service meanwhile. With --strings
+// what goes over --in and --out are strings of so many kilobytes.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <roscpp/Empty.h>
 #include <std_msgs/Int64.h>
+#include <std_msgs/String.h>
 
 #include <atomic>
 #include <chrono>
@@ -39,6 +41,7 @@ struct Asked {
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
   int threads = 1, queue = 10, restarts = 0;
+  std::size_t string_kb = 0;
 };
 
 struct Counts {
@@ -62,14 +65,23 @@ class Inside {
   ~Inside() { --g_inside; }
 };
 
+void publish(long value) {
+  if (g_asked.string_kb > 0) {
+    std_msgs::String message;
+    message.data.assign(1024 * g_asked.string_kb, 'x');
+    return g_out.publish(message);
+  }
+  std_msgs::Int64 message;
+  message.data = value;
+  g_out.publish(message);
+}
+
 void work(long value) {
   const Inside inside;
   g_is_called = true;
   if (g_asked.stop_inside) const std::lock_guard lock(g_mutex);
   burn(g_asked.burn_ms);
-  std_msgs::Int64 message;
-  message.data = value;
-  if (g_out) g_out.publish(message);
+  if (g_out) publish(value);
   ++g_counts.calls;
 }
 
@@ -79,6 +91,8 @@ void on_message(const std_msgs::Int64::ConstPtr& message) {
   if (!g_asked.log.empty()) std::ofstream(g_asked.log, std::ios::app) << message->data << "\n";
   work(message->data);
 }
+
+void on_string(const std_msgs::String::ConstPtr&) { work(++g_counts.newest); }
 
 void on_beside(const std_msgs::Int64::ConstPtr&) {
   const Inside inside;
@@ -162,6 +176,8 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.loop_hz = std::stod(value);
     } else if (option == "--restarts") {
       g_asked.restarts = std::stoi(value);
+    } else if (option == "--strings") {
+      g_asked.string_kb = std::stoul(value);
     } else if (option == "--threads") {
       g_asked.threads = std::stoi(value);
     } else {
@@ -239,10 +255,15 @@ int main(int count, char** arguments) {
   ros::NodeHandle handle;
   if (g_asked.wait_first) ros::topic::waitForMessage<std_msgs::Int64>(g_asked.in, handle);
   if (g_asked.wrapped_queue) handle.setCallbackQueue(&g_queue);
-  if (!g_asked.out.empty()) g_out = handle.advertise<std_msgs::Int64>(g_asked.out, 10);
+  const bool strings = g_asked.string_kb > 0;
+  if (!g_asked.out.empty()) {
+    g_out = strings ? handle.advertise<std_msgs::String>(g_asked.out, 10)
+                    : handle.advertise<std_msgs::Int64>(g_asked.out, 10);
+  }
   ros::Subscriber in, beside;
   const auto subscribe = [&] {
-    return handle.subscribe(g_asked.in, static_cast<std::uint32_t>(g_asked.queue), on_message);
+    const auto queue = static_cast<std::uint32_t>(g_asked.queue);
+    return strings ? handle.subscribe(g_asked.in, queue, on_string) : handle.subscribe(g_asked.in, queue, on_message);
   };
   if (!g_asked.in.empty()) in = subscribe();
   if (g_asked.subscribe_again) in = subscribe();

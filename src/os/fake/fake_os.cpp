@@ -272,6 +272,15 @@ WaitResult FakeOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t ex
   return word.load() == expected ? WaitResult::kTimedOut : WaitResult::kChanged;
 }
 
+void FakeOs::wait_for_wake(const std::atomic<std::uint32_t>& word, std::uint32_t expected) {
+  Lock lock(mutex_);
+  Task& task = self("wait_for_wake");
+  if (word.load() != expected) return;
+  task.word = &word;
+  block_until(task, kNever, lock);
+  task.word = nullptr;
+}
+
 void FakeOs::wake(const std::atomic<std::uint32_t>& word) {
   const Lock lock(mutex_);
   for (const auto& task : tasks_) {

@@ -101,6 +101,7 @@ class FakeOs : public Os {
   std::optional<Nanos> ready_time() override;
   std::optional<Nanos> ready_time(ThreadId thread) override;
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
+  void wait_for_wake(const std::atomic<std::uint32_t>& word, std::uint32_t expected) override;
   void wake(const std::atomic<std::uint32_t>& word) override;
   void sleep_until(TimePoint deadline) override;
   ProcessId current_process() override;

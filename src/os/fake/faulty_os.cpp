@@ -78,6 +78,11 @@ void FaultyOs::be_late(Call call) {
   if (const auto order = next(call)) inner_.sleep_until(inner_.now() + order->late);
 }
 
+void FaultyOs::wait_for_wake(const std::atomic<std::uint32_t>& word, std::uint32_t expected) {
+  inner_.wait_for_wake(word, expected);
+  be_late(Call::kWait);
+}
+
 WaitResult FaultyOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) {
   const WaitResult result = inner_.wait(word, expected, deadline);
   be_late(Call::kWait);

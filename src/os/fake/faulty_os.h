@@ -74,6 +74,7 @@ class FaultyOs : public Os {
     return lost(thread) ? std::nullopt : inner_.ready_time(thread);
   }
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
+  void wait_for_wake(const std::atomic<std::uint32_t>& word, std::uint32_t expected) override;
   void wake(const std::atomic<std::uint32_t>& word) override { inner_.wake(word); }
   void sleep_until(TimePoint deadline) override;
   ProcessId current_process() override { return inner_.current_process(); }

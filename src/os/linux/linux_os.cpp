@@ -180,6 +180,7 @@ class LinuxOs : public Os {
   std::optional<Nanos> ready_time(ThreadId thread) override;
 
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
+  void wait_for_wake(const std::atomic<std::uint32_t>& word, std::uint32_t expected) override;
   void wake(const std::atomic<std::uint32_t>& word) override;
   void sleep_until(TimePoint deadline) override;
 
@@ -275,6 +276,11 @@ WaitResult LinuxOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t e
     if (errno != EAGAIN && errno != EINTR) die("futex wait", errno);
   }
   return WaitResult::kChanged;
+}
+
+void LinuxOs::wait_for_wake(const std::atomic<std::uint32_t>& word, std::uint32_t expected) {
+  if (futex(word, FUTEX_WAIT_BITSET, expected, nullptr) == 0 || errno == EAGAIN || errno == EINTR) return;
+  die("futex wait", errno);
 }
 
 void LinuxOs::wake(const std::atomic<std::uint32_t>& word) {
