@@ -210,16 +210,23 @@ std::shared_ptr<BoundNode::Candidate> BoundNode::add_candidate(ros::CallbackQueu
 void BoundNode::join(Candidate& candidate) {
   if (std::find(candidates_.begin(), candidates_.end(), &candidate) != candidates_.end()) return;
   candidates_.push_back(&candidate);
-  if (candidates_.size() == 1) give_node_to_first();
+  if (candidates_.size() > 1) return;
+  give_node_to_first();
+  inbox_.expect_calls(true);
 }
 
-// Precondition: bound_mutex_ is held.
+// Precondition: bound_mutex_ is held. A program that has unsubscribed, as one does to whose output nobody listens, may
+// subscribe again: until then nothing comes, and triggers are not to wait for it.
 void BoundNode::leave(const Candidate& candidate) {
   const auto found = std::find(candidates_.begin(), candidates_.end(), &candidate);
   if (found == candidates_.end()) return;
   const bool had_node = found == candidates_.begin();
   candidates_.erase(found);
-  if (had_node && !candidates_.empty()) give_node_to_first();
+  if (candidates_.empty()) {
+    inbox_.expect_calls(false);
+  } else if (had_node) {
+    give_node_to_first();
+  }
 }
 
 // Precondition: bound_mutex_ is held, and there is a candidate. A run that has begun with the turn of a queue makes no

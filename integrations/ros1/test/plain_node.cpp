@@ -3,7 +3,7 @@
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
 //              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
-//              [--stop-inside]
+//              [--stop-inside] [--unsubscribe-after N] [--throw-every N]
 //
 // A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
@@ -13,6 +13,8 @@
 // the other, of the same period. --restarts: so often it starts four spinner threads, and stops them, before it spins.
 // With --subscribe-again it assigns another subscription of --in to the first. With --stop-inside the callback of the
 // timer or the service waits for a lock, and who has got that stops the timer or the service meanwhile.
+// With --unsubscribe-after the callback of --in unsubscribes itself at that message. With --throw-every each so many
+// calls of `work` end with an exception; what comes out of --spin-once's spinOnce() is counted, and it goes on.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <roscpp/Empty.h>
@@ -25,6 +27,7 @@
 #include <cstdio>
 #include <fstream>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -38,11 +41,11 @@ struct Asked {
   double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
-  int threads = 1, queue = 10, restarts = 0;
+  int threads = 1, queue = 10, restarts = 0, unsubscribe_after = 0, throw_every = 0;
 };
 
 struct Counts {
-  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0}, stopped{0};
+  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0}, stopped{0}, thrown{0};
   // Of the timer's calls but the first: the time since the one before, as it is told; and from first to last.
   std::atomic<long> told_ms{0}, passed_ms{0};
 };
@@ -53,6 +56,7 @@ std::atomic<int> g_inside{0};
 std::atomic<bool> g_is_called{false};
 std::mutex g_mutex;  // of --stop-inside
 ros::Publisher g_out;
+ros::Subscriber g_in;
 
 class Inside {
  public:
@@ -71,12 +75,14 @@ void work(long value) {
   message.data = value;
   if (g_out) g_out.publish(message);
   ++g_counts.calls;
+  if (g_asked.throw_every > 0 && g_counts.calls % g_asked.throw_every == 0) throw std::runtime_error("of the callback");
 }
 
 void on_message(const std_msgs::Int64::ConstPtr& message) {
   if (message->data < g_counts.newest.load()) ++g_counts.backward;
   g_counts.newest = message->data;
   if (!g_asked.log.empty()) std::ofstream(g_asked.log, std::ios::app) << message->data << "\n";
+  if (g_asked.unsubscribe_after > 0 && g_counts.calls + 1 == g_asked.unsubscribe_after) g_in.shutdown();
   work(message->data);
 }
 
@@ -112,8 +118,8 @@ void write_counts() {
     file << "{\"calls\": " << g_counts.calls << ", \"beside\": " << g_counts.beside
          << ", \"overlaps\": " << g_counts.overlaps << ", \"newest\": " << g_counts.newest
          << ", \"backward\": " << g_counts.backward << ", \"once\": " << g_counts.once
-         << ", \"stopped\": " << g_counts.stopped << ", \"told_ms\": " << g_counts.told_ms
-         << ", \"passed_ms\": " << g_counts.passed_ms << "}";
+         << ", \"stopped\": " << g_counts.stopped << ", \"thrown\": " << g_counts.thrown
+         << ", \"told_ms\": " << g_counts.told_ms << ", \"passed_ms\": " << g_counts.passed_ms << "}";
   }
   std::rename(written.c_str(), g_asked.counts.c_str());
 }
@@ -162,6 +168,10 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.loop_hz = std::stod(value);
     } else if (option == "--restarts") {
       g_asked.restarts = std::stoi(value);
+    } else if (option == "--unsubscribe-after") {
+      g_asked.unsubscribe_after = std::stoi(value);
+    } else if (option == "--throw-every") {
+      g_asked.throw_every = std::stoi(value);
     } else if (option == "--threads") {
       g_asked.threads = std::stoi(value);
     } else {
@@ -204,6 +214,14 @@ void stop_inside(ros::Timer& timer, ros::ServiceServer& service) {
   ++g_counts.stopped;
 }
 
+void spin_once() {
+  try {
+    ros::spinOnce();
+  } catch (const std::runtime_error&) {
+    ++g_counts.thrown;
+  }
+}
+
 void spin() {
   for (int round = 0; round < g_asked.restarts; ++round) start_and_stop_spinners();
   if (g_asked.wrapped_queue) {
@@ -217,7 +235,7 @@ void spin() {
         const Inside inside;
         burn(0.5);
       }
-      ros::spinOnce();
+      spin_once();
       rate.sleep();
     }
   } else if (g_asked.threads > 1) {
@@ -240,12 +258,12 @@ int main(int count, char** arguments) {
   if (g_asked.wait_first) ros::topic::waitForMessage<std_msgs::Int64>(g_asked.in, handle);
   if (g_asked.wrapped_queue) handle.setCallbackQueue(&g_queue);
   if (!g_asked.out.empty()) g_out = handle.advertise<std_msgs::Int64>(g_asked.out, 10);
-  ros::Subscriber in, beside;
+  ros::Subscriber beside;
   const auto subscribe = [&] {
     return handle.subscribe(g_asked.in, static_cast<std::uint32_t>(g_asked.queue), on_message);
   };
-  if (!g_asked.in.empty()) in = subscribe();
-  if (g_asked.subscribe_again) in = subscribe();
+  if (!g_asked.in.empty()) g_in = subscribe();
+  if (g_asked.subscribe_again) g_in = subscribe();
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
   ros::ServiceServer service;
   if (!g_asked.service.empty()) service = handle.advertiseService(g_asked.service, on_request);
