@@ -16,6 +16,7 @@
 #include <boost/make_shared.hpp>
 
 #include "ros1/nodelet_hooks.h"
+#include "ros1/thrown.h"
 #include "ros1/turns_of_queues.h"
 
 namespace catan_ros {
@@ -38,6 +39,12 @@ Outcome to_outcome(ros::CallbackInterface::CallResult result) {
       break;
   }
   return Outcome::kNothing;
+}
+
+// The program has called then, whatever came of it.
+Outcome call_callback(ros::CallbackInterface& callback, ros::CallbackQueueInterface& queue) {
+  return call_for<Outcome>(
+      queue, [&] { return to_outcome(callback.call()); }, Outcome::kCalled);
 }
 
 // A call that waited for the node and goes to the program's queue after all.
@@ -248,7 +255,10 @@ void BoundNode::put(Candidate& from, const ros::CallbackInterfacePtr& callback, 
     if (from.is_given_up_) return from.original_.addCallback(callback, id);
     from.timer_runs_ = true;
     join(from);
-    if (has_node(from) && bound_) return inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
+    if (has_node(from) && bound_) {
+      ros::CallbackQueueInterface& queue = from.original_;
+      return inbox_.put({id, [callback, &queue] { return call_callback(*callback, queue); }});
+    }
     from.original_.addCallback(callback, id);
     if (candidates_.front() == &from || std::exchange(from.is_told_of_, true)) return;
   }
@@ -296,13 +306,15 @@ void BoundNode::tell_of_waiting(const Candidate& candidate) const {
 
 bool BoundNode::call_directly() {
   std::shared_ptr<std::function<bool()>> call;
+  ros::CallbackQueueInterface* queue = nullptr;
   {
     const std::lock_guard lock(bound_mutex_);
     if (candidates_.empty()) return false;
     const Candidate& first = *candidates_.front();
+    queue = &first.original_;
     if (has_node(first) && first.timer_runs_) call = first.direct_call_;
   }
-  return call != nullptr && (*call)();
+  return call != nullptr && call_for<bool>(*queue, *call, true);
 }
 
 // The thread ends with the process at the latest: a callback under way may not return before.
