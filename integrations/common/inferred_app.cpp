@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/observed_figures.h"
+#include "common/repeated_callbacks.h"
 
 namespace catan_ros {
 namespace {
@@ -32,9 +33,10 @@ std::string joined(const std::vector<std::string>& list) {
 // What is decided on top of the graph, and all of it as text.
 class AppWriter {
  public:
-  // `graph` outlives it.
-  explicit AppWriter(const InferredGraph& graph)
-      : graph_(graph), vertices_(graph.vertices()), edges_(graph.edges()), remarks_(graph.remarks()) {
+  // `graph` outlives it; `remarks` come before its own.
+  AppWriter(const InferredGraph& graph, std::vector<std::string> remarks)
+      : graph_(graph), vertices_(graph.vertices()), edges_(graph.edges()), remarks_(std::move(remarks)) {
+    remarks_.insert(remarks_.end(), graph.remarks().begin(), graph.remarks().end());
     find_subchains();
     find_spinners();
   }
@@ -270,9 +272,9 @@ InferredApp AppWriter::write(const std::string& name) const {
 
 InferredApp infer_app(const std::vector<ObservedCallback>& callbacks, const Connections& connections,
                       const std::string& name) {
-  const std::vector<ObservedCallback> data = of_data(callbacks);
-  const InferredGraph graph(data, connections);
-  return AppWriter(graph).write(name);
+  MergedCallbacks data = merge_repeated(of_data(callbacks));
+  const InferredGraph graph(data.callbacks, connections);
+  return AppWriter(graph, std::move(data.remarks)).write(name);
 }
 
 }  // namespace catan_ros

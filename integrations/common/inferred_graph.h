@@ -51,7 +51,7 @@ class InferredGraph {
  public:
   using Indices = std::vector<std::size_t>;
 
-  // `callbacks` outlive it.
+  // `callbacks` outlive it; those of one name are called at a time (repeated_callbacks.h).
   InferredGraph(const std::vector<ObservedCallback>& callbacks, const Connections& connections);
 
   const std::vector<Vertex>& vertices() const { return vertices_; }

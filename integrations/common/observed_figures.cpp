@@ -14,6 +14,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
+// Half of the runs are below that of a callback that does no more than keep a message.
+constexpr nanoseconds kKeepsOnly = std::chrono::microseconds{300};
 constexpr std::size_t kRunsForAPeriod = 10;
 // A tenth of the intervals may be that part of the median away from it, where there is a clock.
 constexpr double kRegular = 0.25;
@@ -99,6 +101,10 @@ std::size_t count_published(const ObservedCallback& callback, const std::string&
     return std::find(run.published.begin(), run.published.end(), topic) != run.published.end();
   };
   return static_cast<std::size_t>(std::count_if(callback.runs.begin(), callback.runs.end(), published));
+}
+
+bool is_light(const ObservedCallback& callback) {
+  return !publishes(callback) && cost_percentile(callback, 0.5) < kKeepsOnly;
 }
 
 std::string described(const ObservedCallback& callback) {

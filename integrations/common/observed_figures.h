@@ -29,6 +29,8 @@ std::vector<ObservedCallback> of_data(std::vector<ObservedCallback> callbacks);
 // Anything at all; in how many runs, on a topic.
 bool publishes(const ObservedCallback& callback);
 std::size_t count_published(const ObservedCallback& callback, const std::string& topic);
+// It publishes nothing and takes next to no time. Precondition: there are runs.
+bool is_light(const ObservedCallback& callback);
 // "/mapper's subscription of /scan", or "nodelet /turn's subscription of /image".
 std::string described(const ObservedCallback& callback);
 
