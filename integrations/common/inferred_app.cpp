@@ -196,7 +196,9 @@ std::string AppWriter::node_text(std::size_t index) const {
   text += "ros: { node: " + callback.ros_node + (callback.nodelet.empty() ? "" : ", nodelet: " + callback.nodelet) +
           (is_timer ? ", timer: " + exact_text(callback.period) : ", topic: " + callback.name) + " } }   # ";
   if (!callback.type.empty()) text += callback.type + ", ";
-  return text + std::to_string(callback.runs.size()) + (callback.runs.size() == 1 ? " run\n" : " runs\n");
+  text += std::to_string(callback.runs.size()) + (callback.runs.size() == 1 ? " run" : " runs");
+  if (vertex.publishers.size() > 1) text += "; each message counts: " + joined(vertex.publishers) + " send them";
+  return text + "\n";
 }
 
 std::string AppWriter::graph_text() const {

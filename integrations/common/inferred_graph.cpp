@@ -120,6 +120,21 @@ InferredGraph::Callbacks InferredGraph::senders_to(const ObservedCallback& callb
   return none ? Callbacks() : senders->second;
 }
 
+// The programs whose messages it gets. Of several the newest message says nothing about those of the others, and what
+// it takes the place of would be lost.
+std::vector<std::string> InferredGraph::publishers_to(const ObservedCallback& callback) const {
+  std::set<std::string> programs;
+  std::set<std::string> observed;  // ROS nodes
+  for (const ObservedCallback* const sender : senders_to(callback)) {
+    programs.insert(program_of(*sender));
+    observed.insert(sender->ros_node);
+  }
+  for (const ObservedRun& run : callback.runs) {
+    if (!run.from.empty() && observed.count(run.from) == 0) programs.insert(run.from);
+  }
+  return {programs.begin(), programs.end()};
+}
+
 // Of the candidates, without those that only keep messages.
 void InferredGraph::find_nodes() {
   for (const ObservedCallback* const callback : candidates_) {
@@ -139,9 +154,14 @@ void InferredGraph::find_nodes() {
     vertex_of_[callback] = vertices_.size();
     Vertex& vertex = vertices_.emplace_back();
     vertex.callback = callback;
-    vertex.takes_all = any_completes_.count(callback) > 0;
-    if (vertex.takes_all) vertex.set = set_publishes_[callback].begin()->first;
-    vertex.period = callback->kind == Binding::Kind::kTimer ? callback->period : median_interval(*callback);
+    vertex.publishers = publishers_to(*callback);
+    const bool is_of_set = any_completes_.count(callback) > 0;
+    vertex.takes_all = is_of_set || vertex.publishers.size() > 1;
+    if (is_of_set) vertex.set = set_publishes_[callback].begin()->first;
+    // Of several senders two messages may come at once, and then none for long.
+    vertex.period = callback->kind == Binding::Kind::kTimer ? callback->period
+                    : vertex.publishers.size() > 1          ? mean_interval(*callback)
+                                                            : median_interval(*callback);
   }
 }
 

@@ -62,6 +62,13 @@ std::optional<nanoseconds> median_interval(const ObservedCallback& callback) {
   return std::max(percentile(intervals(std::move(begins)), 0.5), kMinCost);
 }
 
+std::optional<nanoseconds> mean_interval(const ObservedCallback& callback) {
+  if (callback.runs.size() < 2) return std::nullopt;
+  const auto earlier = [](const ObservedRun& a, const ObservedRun& b) { return a.begin < b.begin; };
+  const auto [first, last] = std::minmax_element(callback.runs.begin(), callback.runs.end(), earlier);
+  return std::max((last->begin - first->begin) / static_cast<std::int64_t>(callback.runs.size() - 1), kMinCost);
+}
+
 std::optional<nanoseconds> clock_of(const std::vector<nanoseconds>& times) {
   if (times.size() < kRunsForAPeriod) return std::nullopt;
   const std::vector<nanoseconds> between = intervals(times);
