@@ -120,6 +120,35 @@ Status check_without_nodelets(const std::vector<RosBinding>& bindings, const gra
   return Done{};
 }
 
+// Of its own program a callback cannot call a service: the spinner is in the callback. There it gives data by memory.
+Status check_services(const std::vector<RosBinding>& bindings, const graph::App& app) {
+  Problems problems;
+  for (const auto& [node, callback] : bindings) {
+    const std::optional<SubchainId> subchain = app.graph.node(node).subchain;
+    if (callback.kind != RosCallback::Kind::kService || !subchain) continue;
+    for (const NodeId before : app.graph.subchain(*subchain).nodes) {
+      if (before == node) break;
+      const auto other = std::find_if(bindings.begin(), bindings.end(),
+                                      [before](const RosBinding& binding) { return binding.node == before; });
+      const bool may_call = other != bindings.end() &&
+                            (other->callback.node != callback.node || other->callback.nodelet != callback.nodelet);
+      if (!may_call) continue;
+      const std::string& name = app.graph.node(node).name;
+      const std::string& caller = app.graph.node(before).name;
+      problems.add(callback.place, fmt::format("{}: ros.service", name),
+                   fmt::format("in subchain {} it is triggered behind {}: if {} calls {}, both wait for each other "
+                               "for ever",
+                               quote(app.graph.subchain(*subchain).name), quote(caller), caller, callback.name),
+                   fmt::format("leave {} out of the subchain, with trigger: time; if it works with what {} publishes, "
+                               "bind the callback that gets that, by topic:",
+                               quote(name), quote(caller)));
+      break;
+    }
+  }
+  if (!problems.empty()) return std::move(problems).to_error();
+  return Done{};
+}
+
 Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app) {
   return callbacks_of_app_file<RosCallback>(app_text, file, app, "ros", read_ros_callback);
 }
