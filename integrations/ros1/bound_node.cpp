@@ -15,6 +15,7 @@
 
 #include <boost/make_shared.hpp>
 
+#include "common/asked_callbacks.h"
 #include "ros1/nodelet_hooks.h"
 #include "ros1/thrown.h"
 #include "ros1/turns_of_queues.h"
@@ -138,7 +139,7 @@ std::string describe(const Binding& binding) {
     case Binding::Kind::kLoop:
       break;
   }
-  return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
+  return "a timer of " + period_text(binding.period);
 }
 
 BoundNode::BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessages& kept, ServerConnection& connection)

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kRosKeys{"node", "nodelet", "topic", "timer", "service"};
 constexpr std::array<std::string_view, 2> kBindFileKeys{"catan", "ros"};
+constexpr std::string_view kHertz = "Hz";
 constexpr std::string_view kRosHint =
     "write it as in {node: /mapper, topic: /scan}, {node: /mapper, timer: 100ms} or {node: /mapper, service: /save}";
 
@@ -28,6 +29,18 @@ std::optional<std::string> read_ros_name(const Value& value, const std::string& 
   problems.add(value.place, key, fmt::format("{} is not the full name of anything in ROS", quote(text)),
                "begin it with a slash, as rosnode list and rostopic list print it: /mapper, /robot/scan");
   return std::nullopt;
+}
+
+// A period, or the rate that the program has asked for.
+std::optional<Nanos> read_timer(const Value& value, const std::string& key, Problems& problems) {
+  const bool is_rate = value.kind == ValueKind::kScalar && value.text.size() > kHertz.size() &&
+                       std::string_view(value.text).substr(value.text.size() - kHertz.size()) == kHertz;
+  if (is_rate) {
+    const auto rate = read_rate(value, key, problems);
+    return rate ? std::optional(std::chrono::round<Nanos>(rate->value.period())) : std::nullopt;
+  }
+  const auto period = read_positive_duration(value, key, problems);
+  return period ? std::optional(period->value) : std::nullopt;
 }
 
 void collect_bind_file(const Value& root, CollectedCallbacks<RosCallback>& collected, Problems& problems) {
@@ -82,9 +95,9 @@ std::optional<RosCallback> read_ros_callback(const Value& value, const std::stri
   }
   if (timer != nullptr) {
     callback.kind = RosCallback::Kind::kTimer;
-    const auto period = read_positive_duration(*timer, map.key_of("timer"), problems);
+    const std::optional<Nanos> period = read_timer(*timer, map.key_of("timer"), problems);
     if (!period) return std::nullopt;
-    callback.period = period->value;
+    callback.period = *period;
     return callback;
   }
   callback.kind = topic != nullptr ? RosCallback::Kind::kTopic : RosCallback::Kind::kService;

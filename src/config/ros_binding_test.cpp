@@ -105,6 +105,19 @@ TEST(RosBinding, ABindFileComesFirst) {
   EXPECT_EQ((*bindings)[2].callback.name, "/plan");
 }
 
+TEST(RosBinding, ATimerIsNamedByItsPeriodOrItsRate) {
+  const auto period_of = [](const std::string& timer) {
+    const auto bindings = ros_bindings(kRosApp, "app.yaml", ros_app(),
+                                       "catan: 1\nros: { GP: { node: /p, timer: " + timer + " } }\n", "bind.yaml");
+    EXPECT_TRUE(bindings.ok()) << bindings.error().message();
+    return bindings.ok() ? bindings->back().callback.period : Nanos{0};
+  };
+  EXPECT_EQ(period_of("30Hz"), Nanos{33'333'333});
+  EXPECT_EQ(period_of("33.333ms"), Nanos{33'333'000});
+  EXPECT_THAT(refused("catan: 1\nros: { GP: { node: /p, timer: 0Hz } }\n"),
+              HasSubstr("bind.yaml:2:31: ros.GP.timer: "));
+}
+
 // Whoever calls it waits for the answer, and in its subchain the service waits for whoever calls it.
 TEST(RosBinding, AServiceBehindAnotherProgramInItsSubchainIsRefused) {
   constexpr std::string_view kApp = R"(catan: 1
