@@ -42,12 +42,6 @@ Outcome to_outcome(ros::CallbackInterface::CallResult result) {
   return Outcome::kNothing;
 }
 
-// The program has called then, whatever came of it.
-Outcome call_callback(ros::CallbackInterface& callback, ros::CallbackQueueInterface& queue) {
-  return call_for<Outcome>(
-      queue, [&] { return to_outcome(callback.call()); }, Outcome::kCalled);
-}
-
 // A call that waited for the node and goes to the program's queue after all.
 class HandedOn final : public ros::CallbackInterface {
  public:
@@ -200,12 +194,12 @@ BoundNode::Candidate::~Candidate() {
 
 void BoundNode::Candidate::set_direct_call(std::function<bool()> call, bool timer_runs) {
   const std::lock_guard lock(node_.bound_mutex_);
-  direct_call_ = std::make_shared<std::function<bool()>>(std::move(call));
+  direct_call_ = std::make_shared<std::function<bool()>>(handing_on_exceptions(std::move(call), original_));
   timer_runs_ = timer_runs;
 }
 
 void BoundNode::Candidate::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) {
-  node_.put(*this, callback, id);
+  node_.put(*this, handing_on_exceptions(callback, original_), id);
 }
 
 void BoundNode::Candidate::removeByID(std::uint64_t id) { node_.remove(*this, id); }
@@ -256,10 +250,7 @@ void BoundNode::put(Candidate& from, const ros::CallbackInterfacePtr& callback, 
     if (from.is_given_up_) return from.original_.addCallback(callback, id);
     from.timer_runs_ = true;
     join(from);
-    if (has_node(from) && bound_) {
-      ros::CallbackQueueInterface& queue = from.original_;
-      return inbox_.put({id, [callback, &queue] { return call_callback(*callback, queue); }});
-    }
+    if (has_node(from) && bound_) return inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
     from.original_.addCallback(callback, id);
     if (candidates_.front() == &from || std::exchange(from.is_told_of_, true)) return;
   }
@@ -307,15 +298,13 @@ void BoundNode::tell_of_waiting(const Candidate& candidate) const {
 
 bool BoundNode::call_directly() {
   std::shared_ptr<std::function<bool()>> call;
-  ros::CallbackQueueInterface* queue = nullptr;
   {
     const std::lock_guard lock(bound_mutex_);
     if (candidates_.empty()) return false;
     const Candidate& first = *candidates_.front();
-    queue = &first.original_;
     if (has_node(first) && first.timer_runs_) call = first.direct_call_;
   }
-  return call != nullptr && call_for<bool>(*queue, *call, true);
+  return call != nullptr && (*call)();
 }
 
 // The thread ends with the process at the latest: a callback under way may not return before.

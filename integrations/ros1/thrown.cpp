@@ -5,6 +5,9 @@
 #include <utility>
 
 #include <boost/make_shared.hpp>
+#include <boost/ref.hpp>
+
+#include "common/bound_callback.h"
 
 namespace catan_ros {
 namespace {
@@ -18,12 +21,49 @@ class Thrown final : public ros::CallbackInterface {
   std::exception_ptr exception_;
 };
 
-}  // namespace
-
-// Under an id of its own: who removes a callback has not seen yet what it threw.
-void hand_on_exception(ros::CallbackQueueInterface& queue) {
+// By a handler of the exception. Under an id of its own: who removes the callback has not seen yet what it threw.
+void hand_on(ros::CallbackQueueInterface& queue) {
+  if (BoundCallback::current() == nullptr) throw;
   const auto thrown = boost::make_shared<Thrown>(std::current_exception());
   queue.addCallback(thrown, reinterpret_cast<std::uint64_t>(thrown.get()));
+}
+
+class HandingOn final : public ros::CallbackInterface {
+ public:
+  HandingOn(ros::CallbackInterfacePtr callback, ros::CallbackQueueInterface& queue)
+      : callback_(std::move(callback)), queue_(queue) {}
+
+  CallResult call() override {
+    try {
+      return callback_->call();
+    } catch (...) {
+      hand_on(queue_);
+      return Success;
+    }
+  }
+  bool ready() override { return callback_->ready(); }
+
+ private:
+  const ros::CallbackInterfacePtr callback_;
+  ros::CallbackQueueInterface& queue_;
+};
+
+}  // namespace
+
+ros::CallbackInterfacePtr handing_on_exceptions(const ros::CallbackInterfacePtr& callback,
+                                                ros::CallbackQueueInterface& queue) {
+  return boost::make_shared<HandingOn>(callback, boost::ref(queue));
+}
+
+std::function<bool()> handing_on_exceptions(std::function<bool()> call, ros::CallbackQueueInterface& queue) {
+  return [call = std::move(call), &queue] {
+    try {
+      return call();
+    } catch (...) {
+      hand_on(queue);
+      return true;
+    }
+  };
 }
 
 }  // namespace catan_ros

@@ -2,7 +2,7 @@
 // out of the spinner of the queue that the program asked for (ros::spinOnce(), callAvailable(), ...), as without Catan.
 // What becomes of it there roscpp decides, or who calls the spinner.
 //
-// Thread safety: as the queue's.
+// Thread safety: as the callback's and the queue's.
 #pragma once
 
 #include <ros/callback_queue_interface.h>
@@ -11,18 +11,11 @@
 
 namespace catan_ros {
 
-// Of the exception that is handled.
-void hand_on_exception(ros::CallbackQueueInterface& queue);
-
-// Makes the call, and hands on what it throws; `on_throw` is returned then.
-template <class Result>
-Result call_for(ros::CallbackQueueInterface& queue, const std::function<Result()>& call, Result on_throw) {
-  try {
-    return call();
-  } catch (...) {
-    hand_on_exception(queue);
-    return on_throw;
-  }
-}
+// The same callback; what it throws in a node's run is thrown by who calls from `queue`, which outlives it. In any
+// other thread it throws as it does.
+ros::CallbackInterfacePtr handing_on_exceptions(const ros::CallbackInterfacePtr& callback,
+                                                ros::CallbackQueueInterface& queue);
+// That of a timer, which a trigger calls.
+std::function<bool()> handing_on_exceptions(std::function<bool()> call, ros::CallbackQueueInterface& queue);
 
 }  // namespace catan_ros
