@@ -1,9 +1,13 @@
 // A ROS program that knows nothing of Catan, for the tests: what it does is said on its command line.
 //
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
+//              [--unsubscribe-after N] [--throw-every N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
 //              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
-//              [--stop-inside] [--unsubscribe-after N] [--throw-every N]
+//              [--stop-inside]
+//
+// With --unsubscribe-after the callback of --in unsubscribes itself at that message. With --throw-every each so many
+// calls of it or of the timer's end with an exception; what comes out of --spin-once's spinOnce() is counted.
 //
 // A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
@@ -13,8 +17,6 @@
 // the other, of the same period. --restarts: so often it starts four spinner threads, and stops them, before it spins.
 // With --subscribe-again it assigns another subscription of --in to the first. With --stop-inside the callback of the
 // timer or the service waits for a lock, and who has got that stops the timer or the service meanwhile.
-// With --unsubscribe-after the callback of --in unsubscribes itself at that message. With --throw-every each so many
-// calls of `work` end with an exception; what comes out of --spin-once's spinOnce() is counted, and it goes on.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <roscpp/Empty.h>
@@ -38,10 +40,11 @@ namespace {
 
 struct Asked {
   std::string in, out, beside, service, ask, counts, log;
+  int unsubscribe_after = 0, throw_every = 0;
   double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
-  int threads = 1, queue = 10, restarts = 0, unsubscribe_after = 0, throw_every = 0;
+  int threads = 1, queue = 10, restarts = 0;
 };
 
 struct Counts {
@@ -56,7 +59,7 @@ std::atomic<int> g_inside{0};
 std::atomic<bool> g_is_called{false};
 std::mutex g_mutex;  // of --stop-inside
 ros::Publisher g_out;
-ros::Subscriber g_in;
+ros::Subscriber* g_in = nullptr;
 
 class Inside {
  public:
@@ -75,6 +78,10 @@ void work(long value) {
   message.data = value;
   if (g_out) g_out.publish(message);
   ++g_counts.calls;
+}
+
+// At the end of a call that was counted.
+void throw_now_and_then() {
   if (g_asked.throw_every > 0 && g_counts.calls % g_asked.throw_every == 0) throw std::runtime_error("of the callback");
 }
 
@@ -82,8 +89,9 @@ void on_message(const std_msgs::Int64::ConstPtr& message) {
   if (message->data < g_counts.newest.load()) ++g_counts.backward;
   g_counts.newest = message->data;
   if (!g_asked.log.empty()) std::ofstream(g_asked.log, std::ios::app) << message->data << "\n";
-  if (g_asked.unsubscribe_after > 0 && g_counts.calls + 1 == g_asked.unsubscribe_after) g_in.shutdown();
+  if (g_asked.unsubscribe_after > 0 && g_counts.calls + 1 == g_asked.unsubscribe_after) g_in->shutdown();
   work(message->data);
+  throw_now_and_then();
 }
 
 void on_beside(const std_msgs::Int64::ConstPtr&) {
@@ -109,6 +117,7 @@ void on_timer(const ros::TimerEvent& event) {
   g_counts.told_ms = std::lround(1e3 * told);
   g_counts.passed_ms = std::lround(1e3 * (now - kFirst));
   g_asked.ask.empty() ? work(++g_counts.newest) : ask();
+  throw_now_and_then();
 }
 
 void write_counts() {
@@ -158,6 +167,10 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.counts = value;
     } else if (option == "--log") {
       g_asked.log = value;
+    } else if (option == "--unsubscribe-after") {
+      g_asked.unsubscribe_after = std::stoi(value);
+    } else if (option == "--throw-every") {
+      g_asked.throw_every = std::stoi(value);
     } else if (option == "--timer") {
       g_asked.timer_ms = std::stod(value);
     } else if (option == "--burn") {
@@ -168,10 +181,6 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.loop_hz = std::stod(value);
     } else if (option == "--restarts") {
       g_asked.restarts = std::stoi(value);
-    } else if (option == "--unsubscribe-after") {
-      g_asked.unsubscribe_after = std::stoi(value);
-    } else if (option == "--throw-every") {
-      g_asked.throw_every = std::stoi(value);
     } else if (option == "--threads") {
       g_asked.threads = std::stoi(value);
     } else {
@@ -258,12 +267,13 @@ int main(int count, char** arguments) {
   if (g_asked.wait_first) ros::topic::waitForMessage<std_msgs::Int64>(g_asked.in, handle);
   if (g_asked.wrapped_queue) handle.setCallbackQueue(&g_queue);
   if (!g_asked.out.empty()) g_out = handle.advertise<std_msgs::Int64>(g_asked.out, 10);
-  ros::Subscriber beside;
+  ros::Subscriber in, beside;
   const auto subscribe = [&] {
     return handle.subscribe(g_asked.in, static_cast<std::uint32_t>(g_asked.queue), on_message);
   };
-  if (!g_asked.in.empty()) g_in = subscribe();
-  if (g_asked.subscribe_again) g_in = subscribe();
+  if (!g_asked.in.empty()) in = subscribe();
+  if (g_asked.subscribe_again) in = subscribe();
+  g_in = &in;
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
   ros::ServiceServer service;
   if (!g_asked.service.empty()) service = handle.advertiseService(g_asked.service, on_request);
