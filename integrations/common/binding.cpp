@@ -8,6 +8,9 @@
 namespace catan_ros {
 namespace {
 
+// Periods that differ by such a part are written for the same timer: 33.333ms for 1 / 30 s.
+constexpr int kSamePeriod = 1000;
+
 bool read_flags(std::string_view text, Binding& binding) {
   if (text == kEmptyField) return true;
   for (const std::string_view flag : split(text, ',')) {
@@ -114,11 +117,20 @@ const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind ki
                          [&](const Binding& binding) { return binding.kind == kind && binding.name == name; });
 }
 
+bool is_same_period(std::chrono::nanoseconds named, std::chrono::nanoseconds asked_for) {
+  return std::chrono::abs(named - asked_for) <= asked_for / kSamePeriod;
+}
+
 const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period,
                           std::string_view nodelet) {
-  return find_of_nodelet(bindings, nodelet, [&](const Binding& binding) {
-    return binding.kind == Binding::Kind::kTimer && binding.period == period;
-  });
+  const auto find = [&](bool exactly) {
+    return find_of_nodelet(bindings, nodelet, [&](const Binding& binding) {
+      return binding.kind == Binding::Kind::kTimer &&
+             (exactly ? binding.period == period : is_same_period(binding.period, period));
+    });
+  };
+  const Binding* const exact = find(true);
+  return exact != nullptr ? exact : find(false);
 }
 
 }  // namespace catan_ros

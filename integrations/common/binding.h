@@ -61,6 +61,9 @@ std::vector<Binding> bindings_of(const std::vector<Binding>& bindings, std::stri
 // there is none.
 const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind kind, std::string_view name,
                           std::string_view nodelet);
+// Whether who names that period means a timer of the other: to 0.1 %, since 1.0 / 30 s has no end.
+bool is_same_period(std::chrono::nanoseconds named, std::chrono::nanoseconds asked_for);
+// One whose period is exact comes first.
 const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period,
                           std::string_view nodelet);
 

@@ -47,6 +47,16 @@ TEST(Bindings, AreFoundByWhatTheFrameworkKnows) {
   EXPECT_NE(find_timer(bindings_of(some_bindings(), "/laser"), 50ms, ""), nullptr);
 }
 
+// A program makes its timer of 1.0 / 30; people write what they like.
+TEST(Bindings, ATimerIsFoundByItsPeriodToAThousandth) {
+  const std::vector<Binding> own{{.node = "a", .ros_node = "/n", .kind = Binding::Kind::kTimer, .period = 33'333us},
+                                 {.node = "b", .ros_node = "/n", .kind = Binding::Kind::kTimer, .period = 33'340us}};
+  EXPECT_EQ(find_timer(own, 33'333'333ns, ""), &own[0]);
+  EXPECT_EQ(find_timer(own, 33'340us, ""), &own[1]) << "which is exact";
+  EXPECT_EQ(find_timer(own, 33'380us, ""), nullptr);
+  EXPECT_EQ(find_timer(own, 33'290us, ""), nullptr);
+}
+
 TEST(Bindings, ThatNameANodeletAreOfThatOneAlone) {
   const std::vector<Binding> own{
       {.node = "any", .ros_node = "/manager", .name = "/image"},

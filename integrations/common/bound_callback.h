@@ -1,8 +1,9 @@
 // A callback that is a node: what happens from a trigger to the end of its run, whatever the framework.
 //
 //   wait for the trigger          (a node that runs by itself: for its message or timer)
-//   wait for a message            at most `patience`: the network may be later than the trigger. None: an empty run,
-//                                 which gives no output, so that the server knows that the node lives
+//   wait for a message            at most `patience`: the network may be later than the trigger; not at all while the
+//                                 program has unsubscribed. None: an empty run, which gives no output, so that the
+//                                 server knows that the node lives, and its subchain goes on
 //   wait for a newer message      where one lies there and a newer one has been sent: at most `newer_patience`. A
 //                                 trigger that comes of a message's sender is quicker than the message
 //   take a turn                   of the spinners of the queue that the program asked for (turns.h)

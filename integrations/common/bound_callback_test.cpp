@@ -175,6 +175,32 @@ TEST_F(BoundCallbackTest, WithoutAMessageTheRunIsEmpty) {
   EXPECT_THAT(log, ElementsAre("begin", "end"));
 }
 
+// As of a program that has unsubscribed, since nobody listens to it. Else the test would take days.
+TEST_F(BoundCallbackTest, WhereNothingCanComeTheRunIsEmptyAtOnce) {
+  inbox.expect_calls(false);
+  play({.takes_newest = true, .patience = 24h}, 2);
+  EXPECT_THAT(log, ElementsAre("begin", "end", "begin", "end"));
+}
+
+TEST_F(BoundCallbackTest, ThatNothingCanComeAnyMoreEndsTheWaitForIt) {
+  std::thread unsubscribing;
+  play({.takes_newest = true, .patience = 24h}, 1,
+       [&] { unsubscribing = std::thread([&] { inbox.expect_calls(false); }); });
+  unsubscribing.join();
+  EXPECT_THAT(log, ElementsAre("begin", "end"));
+}
+
+TEST_F(BoundCallbackTest, WhatComesAgainIsWaitedFor) {
+  inbox.expect_calls(false);
+  std::thread subscribing;
+  play({.takes_newest = true, .patience = 24h}, 1, [&] {
+    inbox.expect_calls(true);
+    subscribing = std::thread([&] { put("late"); });
+  });
+  subscribing.join();
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "late", "end with output", "give back"));
+}
+
 TEST_F(BoundCallbackTest, AMessageThatComesAfterItsTriggerIsTaken) {
   std::thread network;
   play({.patience = 1min}, 1, [&] { network = std::thread([&] { put("late"); }); });

@@ -66,10 +66,15 @@ void ExecutorProgram::stop() {
 
 ExecutorCallback* ExecutorProgram::find(const std::string& ros_node, Binding::Kind kind, const std::string& name,
                                         std::chrono::nanoseconds period) {
-  const auto found = std::find_if(callbacks_.begin(), callbacks_.end(), [&](const ExecutorCallback& one) {
-    const Binding& binding = one.binding();
-    return binding.ros_node == ros_node && binding.kind == kind && binding.name == name && binding.period == period;
-  });
+  const auto find = [&](bool exactly) {
+    return std::find_if(callbacks_.begin(), callbacks_.end(), [&](const ExecutorCallback& one) {
+      const Binding& binding = one.binding();
+      return binding.ros_node == ros_node && binding.kind == kind && binding.name == name &&
+             (exactly ? binding.period == period : is_same_period(binding.period, period));
+    });
+  };
+  auto found = find(true);
+  if (found == callbacks_.end()) found = find(false);
   return found != callbacks_.end() ? &*found : nullptr;
 }
 

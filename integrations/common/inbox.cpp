@@ -107,12 +107,20 @@ std::size_t Inbox::size() const {
   return entries_.size();
 }
 
+void Inbox::expect_calls(bool expected) {
+  const std::lock_guard lock(mutex_);
+  expected_ = expected;
+  changed_.notify_all();
+}
+
 bool Inbox::wait(std::optional<std::chrono::nanoseconds> patience) const {
   const std::lock_guard lock(mutex_);
   const auto until = std::chrono::steady_clock::now() + patience.value_or(std::chrono::nanoseconds{0});
   while (entries_.empty() && !stopped_.load()) {
     if (!patience) {
       changed_.wait(mutex_);
+    } else if (!expected_) {
+      return false;
     } else if (!changed_.wait_until(mutex_, until) && entries_.empty()) {
       return false;
     }

@@ -54,7 +54,10 @@ class Inbox {
   std::deque<Entry> take_all();
   std::size_t size() const;
 
-  // Until there is a call; false: there was none in that time, or it was stopped.
+  // Whether the framework has anything that calls may come from. Where it has not, no time is waited for one.
+  void expect_calls(bool expected);
+  // Until there is a call; false: there was none in that time, or none is expected now, or it was stopped. Without
+  // `patience` for as long as it takes.
   bool wait(std::optional<std::chrono::nanoseconds> patience) const;
   // Until what was put last came at `since` or later, at most for `patience`.
   void wait_for_newer(std::chrono::steady_clock::time_point since, std::chrono::nanoseconds patience) const;
@@ -79,6 +82,7 @@ class Inbox {
   std::deque<Entry> entries_;
   std::optional<Call> under_way_;
   std::chrono::steady_clock::time_point last_put_{};
+  bool expected_ = true;
   std::atomic<bool> stopped_{false};
 };
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/observed_figures.h"
+#include "common/repeated_callbacks.h"
 
 namespace catan_ros {
 namespace {
@@ -32,9 +33,10 @@ std::string joined(const std::vector<std::string>& list) {
 // What is decided on top of the graph, and all of it as text.
 class AppWriter {
  public:
-  // `graph` outlives it.
-  explicit AppWriter(const InferredGraph& graph)
-      : graph_(graph), vertices_(graph.vertices()), edges_(graph.edges()), remarks_(graph.remarks()) {
+  // `graph` outlives it; `remarks` come before its own.
+  AppWriter(const InferredGraph& graph, std::vector<std::string> remarks)
+      : graph_(graph), vertices_(graph.vertices()), edges_(graph.edges()), remarks_(std::move(remarks)) {
+    remarks_.insert(remarks_.end(), graph.remarks().begin(), graph.remarks().end());
     find_subchains();
     find_spinners();
   }
@@ -194,7 +196,9 @@ std::string AppWriter::node_text(std::size_t index) const {
   text += "ros: { node: " + callback.ros_node + (callback.nodelet.empty() ? "" : ", nodelet: " + callback.nodelet) +
           (is_timer ? ", timer: " + exact_text(callback.period) : ", topic: " + callback.name) + " } }   # ";
   if (!callback.type.empty()) text += callback.type + ", ";
-  return text + std::to_string(callback.runs.size()) + (callback.runs.size() == 1 ? " run\n" : " runs\n");
+  text += std::to_string(callback.runs.size()) + (callback.runs.size() == 1 ? " run" : " runs");
+  if (vertex.publishers.size() > 1) text += "; each message counts: " + joined(vertex.publishers) + " send them";
+  return text + "\n";
 }
 
 std::string AppWriter::graph_text() const {
@@ -270,9 +274,9 @@ InferredApp AppWriter::write(const std::string& name) const {
 
 InferredApp infer_app(const std::vector<ObservedCallback>& callbacks, const Connections& connections,
                       const std::string& name) {
-  const std::vector<ObservedCallback> data = of_data(callbacks);
-  const InferredGraph graph(data, connections);
-  return AppWriter(graph).write(name);
+  MergedCallbacks data = merge_repeated(of_data(callbacks));
+  const InferredGraph graph(data.callbacks, connections);
+  return AppWriter(graph, std::move(data.remarks)).write(name);
 }
 
 }  // namespace catan_ros

@@ -1,31 +1,17 @@
 #include "common/inferred_graph.h"
 
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "common/observed_figures.h"
+#include "common/repeated_callbacks.h"
 
 namespace catan_ros {
 namespace {
 
 using std::chrono::nanoseconds;
 
-// Half of the runs are below that of a callback that does no more than keep a message.
-constexpr nanoseconds kKeepsOnly = std::chrono::microseconds{300};
 constexpr std::size_t kMaxName = 90;
-// Sets of messages, as message_filters makes them: of the fewest messages that come of one kind, so many at least, and
-// at most, are completed. Else callbacks publish each for itself.
-constexpr double kMinSets = 0.8;
-constexpr double kMaxSets = 1.1;
-// One callback completes so many of the sets that what the others complete does not matter.
-constexpr double kMostSets = 0.8;
-// Callbacks that so large a part of their runs is by turns, of so many runs at least, are called for one set each time.
-constexpr double kByTurns = 0.9;
-constexpr std::size_t kMinTurns = 5;
-// A run that begins within so much of the median interval after the one before is of a message that came twice: roscpp
-// now and then has two connections for one topic in a program.
-constexpr double kSameMessage = 0.25;
 // How much more often than messages come a callback may run: so that one that was late once runs as soon as its message
 // is there again, some runs later.
 constexpr double kCatchesUp = 1.1;
@@ -34,60 +20,7 @@ bool contains(const std::vector<std::string>& list, const std::string& one) {
   return std::find(list.begin(), list.end(), one) != list.end();
 }
 
-bool same_callback(const ObservedCallback& a, const ObservedCallback& b) {
-  return of_one_program(a, b) && a.kind == b.kind && a.name == b.name && a.period == b.period;
-}
-
-// Whether runs of both are among one another. Runs are in the order in which they ended. Precondition: there are some.
-bool overlap(const ObservedCallback& a, const ObservedCallback& b) {
-  return a.runs.front().begin <= b.runs.back().begin && b.runs.front().begin <= a.runs.back().begin;
-}
-
-// Once for each message.
-std::vector<nanoseconds> begins_of(const ObservedCallback& callback) {
-  const auto repeated =
-      std::chrono::duration_cast<nanoseconds>(median_interval(callback).value_or(nanoseconds{0}) * kSameMessage);
-  std::vector<nanoseconds> begins;
-  for (const ObservedRun& run : callback.runs) begins.push_back(run.begin);
-  std::sort(begins.begin(), begins.end());
-  const auto same = [repeated](nanoseconds first, nanoseconds second) { return second - first <= repeated; };
-  begins.erase(std::unique(begins.begin(), begins.end(), same), begins.end());
-  return begins;
-}
-
-bool are_among_one_another(const std::vector<const ObservedCallback*>& callbacks) {
-  for (auto one = callbacks.begin(); one != callbacks.end(); ++one) {
-    if (std::any_of(one + 1, callbacks.end(), [&](const ObservedCallback* other) { return overlap(**one, *other); })) {
-      return true;
-    }
-  }
-  return false;
-}
-
-// Whether now the one is called and now the other.
-bool by_turns(const ObservedCallback& a, const ObservedCallback& b) {
-  if (std::min(a.runs.size(), b.runs.size()) < kMinTurns) return false;
-  std::vector<std::pair<nanoseconds, bool>> begins;
-  for (const nanoseconds begin : begins_of(a)) begins.emplace_back(begin, false);
-  for (const nanoseconds begin : begins_of(b)) begins.emplace_back(begin, true);
-  std::sort(begins.begin(), begins.end());
-  std::size_t changes = 0;
-  for (std::size_t run = 1; run < begins.size(); ++run) {
-    if (begins[run].second != begins[run - 1].second) ++changes;
-  }
-  return static_cast<double>(changes) >= kByTurns * static_cast<double>(begins.size() - 1);
-}
-
 double seconds_of(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
-
-std::size_t publishing_runs(const ObservedCallback& callback) {
-  return static_cast<std::size_t>(std::count_if(callback.runs.begin(), callback.runs.end(),
-                                                [](const ObservedRun& run) { return !run.published.empty(); }));
-}
-
-bool is_light(const ObservedCallback& callback) {
-  return !publishes(callback) && cost_percentile(callback, 0.5) < kKeepsOnly;
-}
 
 }  // namespace
 
@@ -105,9 +38,8 @@ InferredGraph::InferredGraph(const std::vector<ObservedCallback>& callbacks, con
   bound_rates();
 }
 
-// Callbacks of one program that have one name cannot be told apart by a binding, which names the first. If runs of any
-// two are among one another, none of them can be a node: were the first one, the others would wait behind all nodes.
-// Else each has taken the place of the one before, since its program subscribed again, and the first stands for all.
+// Callbacks of one program that have one name at a time cannot be told apart by a binding, which names the first
+// (repeated_callbacks.h): were that one a node, the others would wait behind all nodes.
 void InferredGraph::find_candidates() {
   std::set<const ObservedCallback*> others;  // of a name whose first one has been looked at
   for (const ObservedCallback& callback : callbacks_) {
@@ -123,14 +55,13 @@ void InferredGraph::find_candidates() {
     if (others.count(&callback) > 0) continue;
     const Callbacks alike = called_alike(callback);
     others.insert(alike.begin(), alike.end());
-    if (are_among_one_another(alike)) {
-      remarks_.push_back(described(callback) + " is there " + std::to_string(alike.size()) +
-                         " times, and which is which cannot be told: all are left as they are; in programs of their "
-                         "own they can be nodes");
+    if (alike.size() == 1) {
+      candidates_.push_back(&callback);
       continue;
     }
-    candidates_.push_back(&callback);
-    if (alike.size() > 1) remarks_.push_back(described(callback) + " is there more than once; the first is the node");
+    remarks_.push_back(described(callback) + " is there " + std::to_string(alike.size()) +
+                       " times, and which is which cannot be told: all are left as they are; in programs of their own "
+                       "they can be nodes");
   }
 }
 
@@ -145,97 +76,6 @@ InferredGraph::Callbacks InferredGraph::called_alike(const ObservedCallback& cal
 
 bool InferredGraph::is_candidate(const ObservedCallback& callback) const {
   return std::find(candidates_.begin(), candidates_.end(), &callback) != candidates_.end();
-}
-
-// A synchronizer publishes in the callback of whichever message completes a set: callbacks of one program publish on
-// one topic, and all together hardly more often than each is called. The one that is behind all others is to be the
-// node, whichever came last while they were observed: when it runs, the others have come. Else it is the one that
-// mostly came last, if there is one.
-//
-// In a nodelet, callbacks are of a set, too, that completed none while they were observed (keepers_beside()). Which one
-// was last, always or mostly, was their senders' order then, which is another under Catan: unless one sends all of
-// them, any may be.
-void InferredGraph::find_sets() {
-  for (const ObservedCallback& callback : callbacks_) {
-    std::set<std::string> topics;
-    for (const ObservedRun& run : callback.runs) topics.insert(run.published.begin(), run.published.end());
-    for (const std::string& topic : topics) publishing_[topic].push_back(&callback);
-  }
-  std::map<std::array<std::string, 3>, Callbacks> of_topic;  // by ROS node, nodelet and topic
-  for (const auto& [topic, callbacks] : publishing_) {
-    for (const ObservedCallback* const callback : callbacks) {
-      if (callback->kind != Binding::Kind::kTopic || !is_candidate(*callback)) continue;
-      of_topic[{callback->ros_node, callback->nodelet, topic}].push_back(callback);
-    }
-  }
-  for (const auto& [where, callbacks] : of_topic) find_set(callbacks, where[2]);
-  for (const auto& [callback, completing] : completed_by_) any_completes_.erase(callback);
-}
-
-// Of callbacks of one program that publish on `topic`, and can be nodes.
-void InferredGraph::find_set(Callbacks callbacks, const std::string& topic) {
-  const Callbacks keepers = keepers_beside(callbacks);
-  callbacks.insert(callbacks.end(), keepers.begin(), keepers.end());
-  const auto published = [&](const ObservedCallback* one) { return count_published(*one, topic); };
-  std::size_t completed = 0;
-  std::size_t fewest = callbacks.front()->runs.size();
-  for (const ObservedCallback* const one : callbacks) {
-    completed += published(one);
-    fewest = std::min(fewest, one->runs.size());
-  }
-  const double sets = static_cast<double>(completed) / static_cast<double>(fewest);
-  if (callbacks.size() < 2 || sets < kMinSets || sets > kMaxSets) return;
-  const auto less = [&](const ObservedCallback* a, const ObservedCallback* b) { return published(a) < published(b); };
-  const auto behind_all = std::find_if(callbacks.begin(), callbacks.end(), [&](const ObservedCallback* one) {
-    return is_candidate(*one) && std::all_of(callbacks.begin(), callbacks.end(), [&](const ObservedCallback* other) {
-             return other == one || is_behind(*one, *other);
-           });
-  });
-  const bool found = behind_all != callbacks.end();
-  const ObservedCallback* const last =
-      found ? *behind_all : *std::max_element(callbacks.begin(), callbacks.end(), less);
-  const bool mostly = static_cast<double>(published(last)) >= kMostSets * static_cast<double>(completed);
-  const bool in_order = last->nodelet.empty() || sent_by_one(callbacks);
-  const bool one = (found || (mostly && in_order)) && !keeps_for_another(*last);
-  for (const ObservedCallback* const callback : callbacks) {
-    if (!one) any_completes_.insert(callback);
-    if (!one || callback == last) set_publishes_[callback][topic] = completed;
-    if (one && callback != last && publishing_runs(*callback) == published(callback) && !completes_sets(*callback)) {
-      completed_by_.emplace(callback, last);
-    }
-  }
-}
-
-// Light subscriptions of the same nodelet that publish nothing and are called by turns with one of these: it keeps what
-// they get until its own message completes the set. One that gets what these send, by way of others too, is no part of
-// it. Those that cannot be told apart keep as others do.
-InferredGraph::Callbacks InferredGraph::keepers_beside(const Callbacks& publishing) const {
-  Callbacks keepers;
-  for (const ObservedCallback& callback : callbacks_) {
-    const bool may_keep = callback.kind == Binding::Kind::kTopic && !callback.nodelet.empty() &&
-                          !callback.runs.empty() && is_light(callback);
-    if (!may_keep || !of_one_program(callback, *publishing.front())) continue;
-    const bool beside = std::any_of(publishing.begin(), publishing.end(),
-                                    [&](const ObservedCallback* other) { return by_turns(callback, *other); });
-    if (!beside) continue;
-    const std::set<const ObservedCallback*> before = senders_before(callback);
-    const bool is_behind_them = std::any_of(publishing.begin(), publishing.end(),
-                                            [&](const ObservedCallback* other) { return before.count(other) > 0; });
-    if (!is_behind_them) keepers.push_back(&callback);
-  }
-  return keepers;
-}
-
-// All that they get: then it comes in the order in which that one sends it.
-bool InferredGraph::sent_by_one(const Callbacks& callbacks) const {
-  const Callbacks senders = senders_to(*callbacks.front());
-  if (senders.size() != 1) return false;
-  const std::string& sender = senders.front()->ros_node;
-  return std::all_of(callbacks.begin(), callbacks.end(), [&](const ObservedCallback* one) {
-    return senders_to(*one) == senders && std::all_of(one->runs.begin(), one->runs.end(), [&](const ObservedRun& run) {
-             return run.from.empty() || run.from == sender;
-           });
-  });
 }
 
 bool InferredGraph::sends(const ObservedCallback& callback) const {
@@ -280,22 +120,19 @@ InferredGraph::Callbacks InferredGraph::senders_to(const ObservedCallback& callb
   return none ? Callbacks() : senders->second;
 }
 
-// Whoever sends to the other sends to this one as well, by way of more callbacks.
-bool InferredGraph::is_behind(const ObservedCallback& callback, const ObservedCallback& other) const {
-  const std::set<const ObservedCallback*> before = senders_before(callback);
-  const Callbacks senders = senders_to(other);
-  return before.size() > senders_before(other).size() &&
-         std::all_of(senders.begin(), senders.end(),
-                     [&](const ObservedCallback* sender) { return before.count(sender) > 0; });
-}
-
-bool InferredGraph::keeps_for_another(const ObservedCallback& callback) const {
-  return completed_by_.count(&callback) > 0;
-}
-
-bool InferredGraph::completes_sets(const ObservedCallback& callback) const {
-  return std::any_of(completed_by_.begin(), completed_by_.end(),
-                     [&](const auto& each) { return each.second == &callback; });
+// The programs whose messages it gets. Of several the newest message says nothing about those of the others, and what
+// it takes the place of would be lost.
+std::vector<std::string> InferredGraph::publishers_to(const ObservedCallback& callback) const {
+  std::set<std::string> programs;
+  std::set<std::string> observed;  // ROS nodes
+  for (const ObservedCallback* const sender : senders_to(callback)) {
+    programs.insert(program_of(*sender));
+    observed.insert(sender->ros_node);
+  }
+  for (const ObservedRun& run : callback.runs) {
+    if (!run.from.empty() && observed.count(run.from) == 0) programs.insert(run.from);
+  }
+  return {programs.begin(), programs.end()};
 }
 
 // Of the candidates, without those that only keep messages.
@@ -317,9 +154,14 @@ void InferredGraph::find_nodes() {
     vertex_of_[callback] = vertices_.size();
     Vertex& vertex = vertices_.emplace_back();
     vertex.callback = callback;
-    vertex.takes_all = any_completes_.count(callback) > 0;
-    if (vertex.takes_all) vertex.set = set_publishes_[callback].begin()->first;
-    vertex.period = callback->kind == Binding::Kind::kTimer ? callback->period : median_interval(*callback);
+    vertex.publishers = publishers_to(*callback);
+    const bool is_of_set = any_completes_.count(callback) > 0;
+    vertex.takes_all = is_of_set || vertex.publishers.size() > 1;
+    if (is_of_set) vertex.set = set_publishes_[callback].begin()->first;
+    // Of several senders two messages may come at once, and then none for long.
+    vertex.period = callback->kind == Binding::Kind::kTimer ? callback->period
+                    : vertex.publishers.size() > 1          ? mean_interval(*callback)
+                                                            : median_interval(*callback);
   }
 }
 

@@ -30,7 +30,8 @@ struct Vertex {
   std::optional<std::chrono::nanoseconds> period{};
   // Of a callback of messages whose senders all have a clock: it need not run more often.
   std::optional<std::chrono::nanoseconds> min_period{};
-  bool takes_all = false;  // a message that is passed over would be missed by those that come with it
+  bool takes_all = false;  // a message that is passed over would be missed: by those that come with it, or at all
+  std::vector<std::string> publishers{};  // programs that send what a callback of messages gets
   // Where any of several callbacks may complete a set of messages: the first topic that the set is published on. Empty:
   // it is none of these.
   std::string set{};
@@ -51,7 +52,7 @@ class InferredGraph {
  public:
   using Indices = std::vector<std::size_t>;
 
-  // `callbacks` outlive it.
+  // `callbacks` outlive it; those of one name are called at a time (repeated_callbacks.h).
   InferredGraph(const std::vector<ObservedCallback>& callbacks, const Connections& connections);
 
   const std::vector<Vertex>& vertices() const { return vertices_; }
@@ -76,6 +77,7 @@ class InferredGraph {
   std::set<std::string> sent_topics(const ObservedCallback& callback) const;
   std::set<const ObservedCallback*> senders_before(const ObservedCallback& callback) const;
   Callbacks senders_to(const ObservedCallback& callback) const;
+  std::vector<std::string> publishers_to(const ObservedCallback& callback) const;
   bool is_behind(const ObservedCallback& callback, const ObservedCallback& other) const;
   bool keeps_for_another(const ObservedCallback& callback) const;
   bool completes_sets(const ObservedCallback& callback) const;

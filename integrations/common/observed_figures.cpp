@@ -14,6 +14,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
+// Half of the runs are below that of a callback that does no more than keep a message.
+constexpr nanoseconds kKeepsOnly = std::chrono::microseconds{300};
 constexpr std::size_t kRunsForAPeriod = 10;
 // A tenth of the intervals may be that part of the median away from it, where there is a clock.
 constexpr double kRegular = 0.25;
@@ -60,6 +62,13 @@ std::optional<nanoseconds> median_interval(const ObservedCallback& callback) {
   return std::max(percentile(intervals(std::move(begins)), 0.5), kMinCost);
 }
 
+std::optional<nanoseconds> mean_interval(const ObservedCallback& callback) {
+  if (callback.runs.size() < 2) return std::nullopt;
+  const auto earlier = [](const ObservedRun& a, const ObservedRun& b) { return a.begin < b.begin; };
+  const auto [first, last] = std::minmax_element(callback.runs.begin(), callback.runs.end(), earlier);
+  return std::max((last->begin - first->begin) / static_cast<std::int64_t>(callback.runs.size() - 1), kMinCost);
+}
+
 std::optional<nanoseconds> clock_of(const std::vector<nanoseconds>& times) {
   if (times.size() < kRunsForAPeriod) return std::nullopt;
   const std::vector<nanoseconds> between = intervals(times);
@@ -99,6 +108,10 @@ std::size_t count_published(const ObservedCallback& callback, const std::string&
     return std::find(run.published.begin(), run.published.end(), topic) != run.published.end();
   };
   return static_cast<std::size_t>(std::count_if(callback.runs.begin(), callback.runs.end(), published));
+}
+
+bool is_light(const ObservedCallback& callback) {
+  return !publishes(callback) && cost_percentile(callback, 0.5) < kKeepsOnly;
 }
 
 std::string described(const ObservedCallback& callback) {

@@ -18,8 +18,9 @@ inline constexpr std::chrono::nanoseconds kMinCost = std::chrono::microseconds{1
 
 // CPU time of a run, of which that part of the runs takes less. Precondition: there are runs.
 std::chrono::nanoseconds cost_percentile(const ObservedCallback& callback, double part);
-// Between the begins of runs, the median; none: there are not two.
+// Between the begins of runs, the median, and the mean; none: there are not two.
 std::optional<std::chrono::nanoseconds> median_interval(const ObservedCallback& callback);
+std::optional<std::chrono::nanoseconds> mean_interval(const ObservedCallback& callback);
 // The period of what comes at these times, where it comes regularly; none: it does not, or too seldom.
 std::optional<std::chrono::nanoseconds> clock_of(const std::vector<std::chrono::nanoseconds>& times);
 
@@ -29,6 +30,8 @@ std::vector<ObservedCallback> of_data(std::vector<ObservedCallback> callbacks);
 // Anything at all; in how many runs, on a topic.
 bool publishes(const ObservedCallback& callback);
 std::size_t count_published(const ObservedCallback& callback, const std::string& topic);
+// It publishes nothing and takes next to no time. Precondition: there are runs.
+bool is_light(const ObservedCallback& callback);
 // "/mapper's subscription of /scan", or "nodelet /turn's subscription of /image".
 std::string described(const ObservedCallback& callback);
 

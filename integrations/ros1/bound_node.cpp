@@ -15,7 +15,9 @@
 
 #include <boost/make_shared.hpp>
 
+#include "common/asked_callbacks.h"
 #include "ros1/nodelet_hooks.h"
+#include "ros1/thrown.h"
 #include "ros1/turns_of_queues.h"
 
 namespace catan_ros {
@@ -136,7 +138,7 @@ std::string describe(const Binding& binding) {
     case Binding::Kind::kLoop:
       break;
   }
-  return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
+  return "a timer of " + period_text(binding.period);
 }
 
 BoundNode::BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessages& kept, ServerConnection& connection)
@@ -198,12 +200,12 @@ BoundNode::Candidate::~Candidate() {
 
 void BoundNode::Candidate::set_direct_call(std::function<bool()> call, bool timer_runs) {
   const std::lock_guard lock(node_.bound_mutex_);
-  direct_call_ = std::make_shared<std::function<bool()>>(std::move(call));
+  direct_call_ = std::make_shared<std::function<bool()>>(handing_on_exceptions(std::move(call), original_));
   timer_runs_ = timer_runs;
 }
 
 void BoundNode::Candidate::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) {
-  node_.put(*this, callback, id);
+  node_.put(*this, handing_on_exceptions(callback, original_), id);
 }
 
 void BoundNode::Candidate::removeByID(std::uint64_t id) { node_.remove(*this, id); }
@@ -216,16 +218,23 @@ std::shared_ptr<BoundNode::Candidate> BoundNode::add_candidate(ros::CallbackQueu
 void BoundNode::join(Candidate& candidate) {
   if (std::find(candidates_.begin(), candidates_.end(), &candidate) != candidates_.end()) return;
   candidates_.push_back(&candidate);
-  if (candidates_.size() == 1) give_node_to_first();
+  if (candidates_.size() > 1) return;
+  give_node_to_first();
+  inbox_.expect_calls(true);
 }
 
-// Precondition: bound_mutex_ is held.
+// Precondition: bound_mutex_ is held. A program that has unsubscribed, as one does to whose output nobody listens, may
+// subscribe again: until then nothing comes, and triggers are not to wait for it.
 void BoundNode::leave(const Candidate& candidate) {
   const auto found = std::find(candidates_.begin(), candidates_.end(), &candidate);
   if (found == candidates_.end()) return;
   const bool had_node = found == candidates_.begin();
   candidates_.erase(found);
-  if (had_node && !candidates_.empty()) give_node_to_first();
+  if (candidates_.empty()) {
+    inbox_.expect_calls(false);
+  } else if (had_node) {
+    give_node_to_first();
+  }
 }
 
 // Precondition: bound_mutex_ is held, and there is a candidate. A run that has begun with the turn of a queue makes no

@@ -88,12 +88,18 @@ bool Program::is_bound() {
 
 Program::CandidatePtr Program::find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
-  return bindings().empty() ? nullptr : find(find_named(bindings(), kind, name, nodelet_of(queue)), queue);
+  if (bindings().empty()) return nullptr;
+  const std::string nodelet = nodelet_of(queue);
+  asked_.note(kind, name, nodelet);
+  return find(find_named(bindings(), kind, name, nodelet), queue);
 }
 
 Program::CandidatePtr Program::find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
-  return bindings().empty() ? nullptr : find(catan_ros::find_timer(bindings(), period, nodelet_of(queue)), queue);
+  if (bindings().empty()) return nullptr;
+  const std::string nodelet = nodelet_of(queue);
+  asked_.note_timer(period, nodelet);
+  return find(catan_ros::find_timer(bindings(), period, nodelet), queue);
 }
 
 Program::CandidatePtr Program::find(const Binding* binding, ros::CallbackQueueInterface& queue) {
@@ -117,7 +123,8 @@ void Program::tell_missing() {
         std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == binding; });
     if (is_there) continue;
     warn(owner_of(binding) + " has not asked for " + describe(binding) + " in " +
-         std::to_string(kAllShouldBeThere.count()) + " s, which is to be node " + binding.node + "; the others go on");
+         std::to_string(kAllShouldBeThere.count()) + " s, which is to be node " + binding.node + ": " +
+         asked_.text_for(binding) + "; the others go on");
   }
 }
 

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "common/asked_callbacks.h"
 #include "common/binding.h"
 #include "common/kept_messages.h"
 #include "common/message_runs.h"
@@ -65,6 +66,7 @@ class Program {
   KeptMessages kept_;
   std::mutex mutex_;
   std::optional<std::vector<Binding>> bindings_;  // of this ROS node
+  AskedCallbacks asked_;                          // under mutex_
   ServerConnection connection_;
   std::deque<std::unique_ptr<BoundNode>> nodes_;
   std::atomic<bool> stopped_{false};

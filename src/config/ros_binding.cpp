@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kRosKeys{"node", "nodelet", "topic", "timer", "service"};
 constexpr std::array<std::string_view, 2> kBindFileKeys{"catan", "ros"};
+constexpr std::string_view kHertz = "Hz";
 constexpr std::string_view kRosHint =
     "write it as in {node: /mapper, topic: /scan}, {node: /mapper, timer: 100ms} or {node: /mapper, service: /save}";
 
@@ -28,6 +29,18 @@ std::optional<std::string> read_ros_name(const Value& value, const std::string& 
   problems.add(value.place, key, fmt::format("{} is not the full name of anything in ROS", quote(text)),
                "begin it with a slash, as rosnode list and rostopic list print it: /mapper, /robot/scan");
   return std::nullopt;
+}
+
+// A period, or the rate that the program has asked for.
+std::optional<Nanos> read_timer(const Value& value, const std::string& key, Problems& problems) {
+  const bool is_rate = value.kind == ValueKind::kScalar && value.text.size() > kHertz.size() &&
+                       std::string_view(value.text).substr(value.text.size() - kHertz.size()) == kHertz;
+  if (is_rate) {
+    const auto rate = read_rate(value, key, problems);
+    return rate ? std::optional(std::chrono::round<Nanos>(rate->value.period())) : std::nullopt;
+  }
+  const auto period = read_positive_duration(value, key, problems);
+  return period ? std::optional(period->value) : std::nullopt;
 }
 
 void collect_bind_file(const Value& root, CollectedCallbacks<RosCallback>& collected, Problems& problems) {
@@ -82,9 +95,9 @@ std::optional<RosCallback> read_ros_callback(const Value& value, const std::stri
   }
   if (timer != nullptr) {
     callback.kind = RosCallback::Kind::kTimer;
-    const auto period = read_positive_duration(*timer, map.key_of("timer"), problems);
+    const std::optional<Nanos> period = read_timer(*timer, map.key_of("timer"), problems);
     if (!period) return std::nullopt;
-    callback.period = period->value;
+    callback.period = *period;
     return callback;
   }
   callback.kind = topic != nullptr ? RosCallback::Kind::kTopic : RosCallback::Kind::kService;
@@ -115,6 +128,35 @@ Status check_without_nodelets(const std::vector<RosBinding>& bindings, const gra
     if (callback.nodelet.empty()) continue;
     problems.add(callback.place, fmt::format("{}: ros.nodelet", app.graph.node(node).name), "ROS 2 has no nodelets",
                  "name the component by node:, and leave nodelet: out");
+  }
+  if (!problems.empty()) return std::move(problems).to_error();
+  return Done{};
+}
+
+// Of its own program a callback cannot call a service: the spinner is in the callback. There it gives data by memory.
+Status check_services(const std::vector<RosBinding>& bindings, const graph::App& app) {
+  Problems problems;
+  for (const auto& [node, callback] : bindings) {
+    const std::optional<SubchainId> subchain = app.graph.node(node).subchain;
+    if (callback.kind != RosCallback::Kind::kService || !subchain) continue;
+    for (const NodeId before : app.graph.subchain(*subchain).nodes) {
+      if (before == node) break;
+      const auto other = std::find_if(bindings.begin(), bindings.end(),
+                                      [before](const RosBinding& binding) { return binding.node == before; });
+      const bool may_call = other != bindings.end() &&
+                            (other->callback.node != callback.node || other->callback.nodelet != callback.nodelet);
+      if (!may_call) continue;
+      const std::string& name = app.graph.node(node).name;
+      const std::string& caller = app.graph.node(before).name;
+      problems.add(callback.place, fmt::format("{}: ros.service", name),
+                   fmt::format("in subchain {} it is triggered behind {}: if {} calls {}, both wait for each other "
+                               "for ever",
+                               quote(app.graph.subchain(*subchain).name), quote(caller), caller, callback.name),
+                   fmt::format("leave {} out of the subchain, with trigger: time; if it works with what {} publishes, "
+                               "bind the callback that gets that, by topic:",
+                               quote(name), quote(caller)));
+      break;
+    }
   }
   if (!problems.empty()) return std::move(problems).to_error();
   return Done{};

@@ -105,6 +105,58 @@ TEST(RosBinding, ABindFileComesFirst) {
   EXPECT_EQ((*bindings)[2].callback.name, "/plan");
 }
 
+TEST(RosBinding, ATimerIsNamedByItsPeriodOrItsRate) {
+  const auto period_of = [](const std::string& timer) {
+    const auto bindings = ros_bindings(kRosApp, "app.yaml", ros_app(),
+                                       "catan: 1\nros: { GP: { node: /p, timer: " + timer + " } }\n", "bind.yaml");
+    EXPECT_TRUE(bindings.ok()) << bindings.error().message();
+    return bindings.ok() ? bindings->back().callback.period : Nanos{0};
+  };
+  EXPECT_EQ(period_of("30Hz"), Nanos{33'333'333});
+  EXPECT_EQ(period_of("33.333ms"), Nanos{33'333'000});
+  EXPECT_THAT(refused("catan: 1\nros: { GP: { node: /p, timer: 0Hz } }\n"),
+              HasSubstr("bind.yaml:2:31: ros.GP.timer: "));
+}
+
+// Whoever calls it waits for the answer, and in its subchain the service waits for whoever calls it.
+TEST(RosBinding, AServiceBehindAnotherProgramInItsSubchainIsRefused) {
+  constexpr std::string_view kApp = R"(catan: 1
+app: robot
+nodes: { scan: {}, GL: {}, GP: {} }
+edges: [scan -> GL -> GP]
+subchains: { all: [scan, GL, GP] }
+objective: [{ response_time: [scan, GL, GP], weight: 1 }]
+)";
+  const auto app = parse_app(kApp, "app.yaml");
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  const auto check = [&](std::string_view bind_text) {
+    const auto bindings = ros_bindings(kApp, "app.yaml", *app, bind_text, "bind.yaml");
+    EXPECT_TRUE(bindings.ok()) << bindings.error().message();
+    const Status fits = bindings.ok() ? check_services(*bindings, *app) : Status(bindings.error());
+    return fits.ok() ? "accepted" : fits.error().message();
+  };
+  EXPECT_THAT(check("catan: 1\nros:\n"
+                    "  scan: { node: /laser, timer: 50ms }\n"
+                    "  GP: { node: /planner, service: /plan }\n"),
+              testing::AllOf(HasSubstr("bind.yaml:4:7: GP: ros.service: in subchain 'all' it is triggered behind "
+                                       "'scan': if scan calls /plan, both wait for each other for ever"),
+                             HasSubstr("leave 'GP' out of the subchain")));
+  EXPECT_THAT(check("catan: 1\nros:\n"
+                    "  GL: { node: /manager, nodelet: /one, topic: /scan }\n"
+                    "  GP: { node: /manager, nodelet: /other, service: /plan }\n"),
+              HasSubstr("behind 'GL'"));
+  EXPECT_EQ(check("catan: 1\nros:\n"
+                  "  scan: { node: /planner, service: /scan }\n"
+                  "  GL: { node: /localiser, topic: /scan }\n"),
+            "accepted")
+      << "at the head of its subchain";
+  EXPECT_EQ(check("catan: 1\nros:\n"
+                  "  GL: { node: /planner, topic: /scan }\n"
+                  "  GP: { node: /planner, service: /plan }\n"),
+            "accepted")
+      << "in one program data goes by memory";
+}
+
 TEST(RosBinding, WhatIsWrongWithABindFileIsToldWithItsPlace) {
   EXPECT_THAT(refused("catan: 1\nros: { none: { node: /a, topic: /b } }\n"),
               HasSubstr("bind.yaml:2:8: ros.none: app robot has no node 'none'"));

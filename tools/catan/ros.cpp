@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +27,7 @@ namespace {
 
 // As the master tells, which is asked for no longer than this in all.
 constexpr std::chrono::seconds kAskAtMost{2};
+constexpr std::size_t kMostNodes = 20;  // that are named
 
 class WhyMissing {
  public:
@@ -34,7 +37,7 @@ class WhyMissing {
     if (now >= *until_) return missing_ros_node(node);
     switch (RosMaster::from_environment().node(node)) {
       case RosMaster::Node::kUnknown:
-        return fmt::format("its ROS node {} has not come", node);
+        return fmt::format("its ROS node {} has not come{}", node, those_there());
       case RosMaster::Node::kPython:
         return fmt::format(
             "its ROS node {} is written in Python, whose callbacks cannot be triggered (write external: true in place "
@@ -47,6 +50,21 @@ class WhyMissing {
   }
 
  private:
+  // Of the nodes that publish or subscribe anything.
+  static std::string those_there() {
+    const auto connections = RosMaster::from_environment().connections();
+    if (!connections) return "";
+    std::set<std::string> nodes;
+    for (const auto* const topics : {&connections->publishers, &connections->subscribers}) {
+      for (const auto& [topic, names] : *topics) nodes.insert(names.begin(), names.end());
+    }
+    nodes.erase("/rosout");
+    if (nodes.empty()) return "";
+    const bool some = nodes.size() > kMostNodes;
+    while (nodes.size() > kMostNodes) nodes.erase(std::prev(nodes.end()));
+    return fmt::format(" (there are {}{})", fmt::join(nodes, ", "), some ? ", ..." : "");
+  }
+
   std::optional<std::chrono::steady_clock::time_point> until_;
 };
 

@@ -45,8 +45,10 @@ Result<std::vector<config::RosBinding>> load_ros_bindings(const config::AppFile&
                          "write ros: {node: /mapper, topic: /scan} at its nodes, or give a file with --bind "
                          "(docs/ros1.md)");
   }
-  if (bindings && !options.has_nodelets) {
-    if (const Status fits = config::check_without_nodelets(*bindings, file.app); !fits) return fits.error();
+  if (bindings) {
+    const Status fits = options.has_nodelets ? config::check_services(*bindings, file.app)
+                                             : config::check_without_nodelets(*bindings, file.app);
+    if (!fits) return fits.error();
   }
   return bindings;
 }

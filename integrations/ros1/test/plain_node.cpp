@@ -1,9 +1,13 @@
 // A ROS program that knows nothing of Catan, for the tests: what it does is said on its command line.
 //
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
+//              [--unsubscribe-after N] [--throw-every N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
 //              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
 //              [--stop-inside] [--strings KB]
+//
+// With --unsubscribe-after the callback of --in unsubscribes itself at that message. With --throw-every each so many
+// calls of it or of the timer's end with an exception; what comes out of --spin-once's spinOnce() is counted.
 //
 // A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
@@ -27,6 +31,7 @@
 #include <cstdio>
 #include <fstream>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -37,6 +42,7 @@ namespace {
 
 struct Asked {
   std::string in, out, beside, service, ask, counts, log;
+  int unsubscribe_after = 0, throw_every = 0;
   double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
@@ -45,7 +51,7 @@ struct Asked {
 };
 
 struct Counts {
-  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0}, stopped{0};
+  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0}, stopped{0}, thrown{0};
   // Of the timer's calls but the first: the time since the one before, as it is told; and from first to last.
   std::atomic<long> told_ms{0}, passed_ms{0};
 };
@@ -56,6 +62,7 @@ std::atomic<int> g_inside{0};
 std::atomic<bool> g_is_called{false};
 std::mutex g_mutex;  // of --stop-inside
 ros::Publisher g_out;
+ros::Subscriber* g_in = nullptr;
 
 class Inside {
  public:
@@ -85,11 +92,18 @@ void work(long value) {
   ++g_counts.calls;
 }
 
+// At the end of a call that was counted.
+void throw_now_and_then() {
+  if (g_asked.throw_every > 0 && g_counts.calls % g_asked.throw_every == 0) throw std::runtime_error("of the callback");
+}
+
 void on_message(const std_msgs::Int64::ConstPtr& message) {
   if (message->data < g_counts.newest.load()) ++g_counts.backward;
   g_counts.newest = message->data;
   if (!g_asked.log.empty()) std::ofstream(g_asked.log, std::ios::app) << message->data << "\n";
+  if (g_asked.unsubscribe_after > 0 && g_counts.calls + 1 == g_asked.unsubscribe_after) g_in->shutdown();
   work(message->data);
+  throw_now_and_then();
 }
 
 void on_string(const std_msgs::String::ConstPtr&) { work(++g_counts.newest); }
@@ -117,6 +131,7 @@ void on_timer(const ros::TimerEvent& event) {
   g_counts.told_ms = std::lround(1e3 * told);
   g_counts.passed_ms = std::lround(1e3 * (now - kFirst));
   g_asked.ask.empty() ? work(++g_counts.newest) : ask();
+  throw_now_and_then();
 }
 
 void write_counts() {
@@ -126,8 +141,8 @@ void write_counts() {
     file << "{\"calls\": " << g_counts.calls << ", \"beside\": " << g_counts.beside
          << ", \"overlaps\": " << g_counts.overlaps << ", \"newest\": " << g_counts.newest
          << ", \"backward\": " << g_counts.backward << ", \"once\": " << g_counts.once
-         << ", \"stopped\": " << g_counts.stopped << ", \"told_ms\": " << g_counts.told_ms
-         << ", \"passed_ms\": " << g_counts.passed_ms << "}";
+         << ", \"stopped\": " << g_counts.stopped << ", \"thrown\": " << g_counts.thrown
+         << ", \"told_ms\": " << g_counts.told_ms << ", \"passed_ms\": " << g_counts.passed_ms << "}";
   }
   std::rename(written.c_str(), g_asked.counts.c_str());
 }
@@ -166,6 +181,10 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.counts = value;
     } else if (option == "--log") {
       g_asked.log = value;
+    } else if (option == "--unsubscribe-after") {
+      g_asked.unsubscribe_after = std::stoi(value);
+    } else if (option == "--throw-every") {
+      g_asked.throw_every = std::stoi(value);
     } else if (option == "--timer") {
       g_asked.timer_ms = std::stod(value);
     } else if (option == "--burn") {
@@ -220,6 +239,14 @@ void stop_inside(ros::Timer& timer, ros::ServiceServer& service) {
   ++g_counts.stopped;
 }
 
+void spin_once() {
+  try {
+    ros::spinOnce();
+  } catch (const std::runtime_error&) {
+    ++g_counts.thrown;
+  }
+}
+
 void spin() {
   for (int round = 0; round < g_asked.restarts; ++round) start_and_stop_spinners();
   if (g_asked.wrapped_queue) {
@@ -233,7 +260,7 @@ void spin() {
         const Inside inside;
         burn(0.5);
       }
-      ros::spinOnce();
+      spin_once();
       rate.sleep();
     }
   } else if (g_asked.threads > 1) {
@@ -267,6 +294,7 @@ int main(int count, char** arguments) {
   };
   if (!g_asked.in.empty()) in = subscribe();
   if (g_asked.subscribe_again) in = subscribe();
+  g_in = &in;
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
   ros::ServiceServer service;
   if (!g_asked.service.empty()) service = handle.advertiseService(g_asked.service, on_request);
