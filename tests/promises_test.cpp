@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <memory>
 #include <numeric>
 #include <optional>
 #include <random>
@@ -12,22 +11,15 @@
 #include <vector>
 
 #include "base/mixed.h"
+#include "longest_in_trials.h"
 #include "planner/promised.h"
 #include "planner/testing/random_apps.h"
 #include "trial/trial.h"
-#include "trial_runs.h"
 
 namespace ctn {
 namespace {
 
 using std::chrono::seconds;
-
-// A trial where scheduling costs nothing; its observer is told of each run.
-void watch(const graph::App& app, const trial::Samples& samples, const trial::Schedule& schedule,
-           trial::Options options) {
-  options.overheads = trial::Overheads::none();
-  static_cast<void>(trial::Trial(app, samples).run(schedule, options));
-}
 
 // Runs by subchain: from the trigger by time that they go back to, to their end.
 class LongestRuns : public trial::Observer {
@@ -127,30 +119,6 @@ TEST(Promises, HoldForRunsOfExclusiveGroups) {
     }
   }
   EXPECT_GT(compared, 800);
-}
-
-struct Longest {
-  void add(Nanos value) {
-    longest = std::max(longest, value);
-    ++count;
-  }
-  Nanos longest{0};
-  int count = 0;
-};
-
-// Each run takes what is planned.
-trial::Samples constant(const graph::App& app, const model::CostTable& costs) {
-  return {app, trial::MeasuredRuns{}, costs};
-}
-
-// What a schedule comes to in so long, where scheduling costs nothing.
-std::unique_ptr<Measured<Longest>> longest_in(const graph::App& app, const trial::Samples& samples,
-                                              const trial::Schedule& schedule, Nanos horizon) {
-  const Nanos warm_up = seconds{1};
-  auto seen =
-      std::make_unique<Measured<Longest>>(app, record::Interval{TimePoint{warm_up}, TimePoint{warm_up + horizon}});
-  watch(app, samples, schedule, {.horizon = horizon, .warm_up = warm_up, .observer = seen.get()});
-  return seen;
 }
 
 struct Compared {

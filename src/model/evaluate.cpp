@@ -4,11 +4,13 @@
 #include <optional>
 #include <vector>
 
+#include "model/unscheduled.h"
+
 namespace ctn::model {
 namespace {
 
 ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElement& element, const CostTable& costs,
-                               std::span<const SubchainTiming> subchains) {
+                               std::span<const SubchainTiming> subchains, std::span<const Millis> kept_waiting) {
   ElementTiming timing;
   if (element.subchain) {
     const SubchainTiming& subchain = subchains[element.subchain->index()];
@@ -19,8 +21,12 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
   } else {
     const NodeId node = element.nodes.front();
     timing.period = evaluate_period(graph, node, subchains);
-    timing.execution = costs[node].single_thread() + costs.wait(node);
+    timing.execution = costs[node].single_thread() + costs.wait(node) + exclusive_wait_of(kept_waiting, node);
     timing.runs_per_output = costs.runs_per_output(node);
+    if (const std::optional<NodeId> leader = graph.node(node).follows) {
+      timing.wait = timing.period + output_lateness(graph, costs, kept_waiting, *leader, 0.0);
+    }
+    if (timing.execution > timing.wait.value_or(timing.period)) timing.wait = timing.execution;
   }
   const Nanos output_period = graph.output_period_up_to(element.nodes.back());
   if (output_period > Nanos{0}) timing.output_period = to_millis(output_period);
@@ -51,7 +57,7 @@ std::optional<InputWait> wait_in_step(const graph::ChainElement& element, const 
 }  // namespace
 
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
-                           std::span<const SubchainTiming> subchains) {
+                           std::span<const SubchainTiming> subchains, std::span<const Millis> kept_waiting) {
   std::vector<ElementTiming> elements;
   const graph::ChainElement* before = nullptr;
   // Each run of the element before brings something new: it is the first, or has kept step and was never the faster.
@@ -60,7 +66,7 @@ ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> pa
   bool in_line = true;
   const std::vector<graph::ChainElement> chain = graph.chain_elements(path);
   for (const graph::ChainElement& element : chain) {
-    elements.push_back(evaluate_element(graph, element, costs, subchains));
+    elements.push_back(evaluate_element(graph, element, costs, subchains, kept_waiting));
     if (before != nullptr && is_triggered_by(element, *before, subchains)) {
       const Millis left_out = elements.back().period - elements[elements.size() - 2].period;
       elements.back().wait = in_line ? Millis{0} : std::max(left_out, Millis{0});

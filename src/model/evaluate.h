@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "base/ids.h"
 #include "base/time.h"
@@ -19,7 +20,7 @@ struct SubchainTiming {
   Millis period{0};     // p
   Millis execution{0};  // L
   // From one trigger to the next, at most, where that is more than p: of a subchain that is triggered by outputs which
-  // are late once and early the next time.
+  // are late once and early the next time, or whose runs come in bursts.
   std::optional<Millis> longest_gap{};
   // Whose outputs trigger it, each or every so-many-th: a subchain, or an unscheduled node. It takes the one that does.
   std::optional<SubchainId> follows{};
@@ -36,12 +37,14 @@ struct SubchainTiming {
 };
 
 // An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node
-// has its own period, and its cost and its wait, an external one that ticks the time between two ticks and no cost. An
-// element that follows the element before adds L alone, and where that one is no follower itself, the outputs that it
-// leaves out; one that keeps a phase to it, the wait that this comes to (InStep). Preconditions: `subchains` is
-// indexed by SubchainId; `path` is a chain of the graph with at least one node that is not external.
+// has its own period, and its cost, its wait and what its exclusive group keeps it waiting, an external one that ticks
+// the time between two ticks and no cost. An element that follows the element before adds L alone, and where that one
+// is no follower itself, the outputs that it leaves out; one that keeps a phase to it, the wait that this comes to
+// (InStep). What an unscheduled follower waits for otherwise is as late as the node that it follows may be.
+// Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph with at least one node that is
+// not external; `kept_waiting` is as exclusive_waits() has it (unscheduled.h).
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
-                           std::span<const SubchainTiming> subchains);
+                           std::span<const SubchainTiming> subchains, std::span<const Millis> kept_waiting = {});
 
 // How often a node runs: its subchain's p, or an unscheduled node's own period. Not how often it emits: `output_period`
 // has no part in it. Precondition: the node is not external.

@@ -42,6 +42,25 @@ TEST_F(Evaluate, AnUnscheduledNodeHasItsOwnPeriodAndAnExternalOneNone) {
   EXPECT_EQ(timing.response, timing.latency + timing.period);
 }
 
+// driver (unscheduled, 20 ms) sets off filter and log -> a; a chain begins at filter, or comes to it from elsewhere.
+TEST(EvaluateFollowers, AnUnscheduledFollowerIsAsLateAsItsLeader) {
+  graph::AppSpec spec = graph::spec_of({"driver", "filter", "a", "base"}, {"driver filter a base"});
+  node(spec, "driver").unscheduled = node(spec, "filter").unscheduled = true;
+  node(spec, "driver").period = graph::At<Nanos>{std::chrono::milliseconds{20}, {}};
+  node(spec, "base").external = true;
+  spec.objective = {graph::response("driver filter a base", 1.0), graph::response("filter a base", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  CostTable costs(app.graph, Millis{1});
+  costs.set(NodeId(0), CostProfile::constant(Millis{5}));
+  costs.set_wait(NodeId(0), Millis{2});
+  const std::vector<SubchainTiming> timings{{Millis{10}, Millis{4}}};
+  const auto of = [&](const char* names) { return evaluate_chain(app.graph, path(app, names), costs, timings); };
+  EXPECT_EQ(of("driver filter a base").response, Millis{20 + 7 + 1 + 10 + 4});
+  EXPECT_EQ(of("filter a base").latency, Millis{1 + 10 + 4});
+  EXPECT_EQ(of("filter a base").response, Millis{20 + 7 + 1 + 10 + 4})
+      << "one output is 7 ms late, the next one is not";
+}
+
 // What is done by a tick counts at the tick; what comes in does so at ticks.
 TEST(EvaluateClocks, ATickIsAnElementThatCostsNothing) {
   graph::AppSpec spec = graph::spec_of({"sensor", "a", "display"}, {"sensor a display"});

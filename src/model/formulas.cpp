@@ -18,8 +18,8 @@ OwnedCores owned_cores_with(const graph::Graph& graph, SubchainId subchain, cons
     longest = std::max(longest, cost / usable + costs.wait(node));
     sum += cost;
   }
-  if (cores == 1) return {threads, sum / usable + wait, sum + wait};
-  return {threads, std::max(longest, sum / (cores / threads) / usable), sum + wait};
+  const Millis all = sum / usable + wait;
+  return {threads, std::max(longest, all / (cores / threads)), sum + wait};
 }
 
 OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
@@ -33,13 +33,27 @@ OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const Cos
   return best;
 }
 
+namespace {
+
+// So many frames, at most, until the shares of a run add up to one.
+double frames_of_run(double share) {
+  constexpr double kHair = 1e-9;
+  return std::max(1.0, std::ceil(1.0 / share - kHair));
+}
+
+}  // namespace
+
 SharedTiming shared_core(const SharedCore& on, bool exact_rate) {
   const Millis spread = on.frame / on.share;
-  if (on.wait == Millis{0}) return {spread, spread};
-  if (exact_rate || on.wait <= kShortWait) return {spread, spread + on.wait};
-  const Millis late = spread + on.wait + on.frame + on.slice;
+  const double frames = frames_of_run(on.share);
+  const Millis execution = frames * on.frame + on.slice / on.share - frames * on.slice;
+  if (on.wait == Millis{0}) return {spread, execution};
+  if (exact_rate || (on.wait <= kShortWait && on.share <= 1.0)) return {spread, execution + on.wait};
+  const Millis late = frames * on.frame + on.wait + on.frame + on.slice;
   return {late, late};
 }
+
+Millis longest_gap(Millis frame, double share) { return frames_of_run(share) * frame; }
 
 std::optional<InStep> InStep::of(const Grid& first, const Grid& second) {
   const auto [shorter, longer] = std::minmax(first.period, second.period);

@@ -19,9 +19,10 @@ struct OwnedCores {
   Millis execution{0};  // L(q)
 };
 
-// With k cores and q threads a node: p(q) = max(max_j (c^q_j / u + w_j), sum_j c^q_j / floor(k / q) / u) and
-// L(q) = sum_j (c^q_j + w_j), where u = 1 - slack and w_j is what a run of the node waits: it occupies the node, but no
-// core. On one core, where runs do not overlap, p = sum_j (c_j / u + w_j). Precondition: 1 <= threads <= cores.
+// With k cores and q threads a node: p(q) = max(max_j (c^q_j / u + w_j), sum_j (c^q_j / u + w_j) / floor(k / q)) and
+// L(q) = sum_j (c^q_j + w_j), where u = 1 - slack and w_j is what a run of the node waits. It uses no core meanwhile,
+// but no more runs overlap than there are cores for all of their threads: one that came back from its wait would find
+// its core taken else, and L(q) would hold no longer. Precondition: 1 <= threads <= cores.
 OwnedCores owned_cores_with(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
                             int threads, double slack);
 
@@ -43,10 +44,19 @@ struct SharedTiming {
   Millis execution{0};
 };
 
-// p = L = T / f. A run that waits for w in all leaves some of its slots unused, gets as much in later ones, and holds
-// up the next run: p = L = T / f + w + T + slice, which holds wherever in its slots it waits, and also where frames are
-// shorter. With an exact rate the period is given, and a short wait has room in the slot: p = T / f, L = T / f + w.
+// p = L = T / f. Only a subchain that takes batches may have an f that is not 1 / n. Then p is a mean (longest_gap()),
+// and a run may begin within a slot, right after the one before: it ends in the n-th slot after that one, n = 1 / f
+// rounded up, and so takes L = n T + c - n slice. Where f > 1 there are several runs in the slot of a frame, of which
+// the last may be left over to the next.
+// A run that waits for w in all leaves some of its slots unused, gets as much in later ones, and holds up the next run:
+// p = L = n T + w + T + slice, which holds wherever in its slots it waits, and also where frames are shorter. With an
+// exact rate the period is given, and a short wait of the only run in a slot has room there: p = T / f, and L is longer
+// by w.
 SharedTiming shared_core(const SharedCore& on, bool exact_rate);
+
+// From the begin of one run to that of the next, at most, of a subchain that takes batches and does not wait: it has a
+// run as soon as the shares of frames add up to one. Precondition: share > 0.
+Millis longest_gap(Millis frame, double share);
 
 // Triggered at `phase` and each `period` after, of one clock.
 struct Grid {

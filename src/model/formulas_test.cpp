@@ -63,6 +63,32 @@ TEST(OwnedCores, AWaitOccupiesItsNodeAndNoCore) {
   EXPECT_DOUBLE_EQ(two.execution.count(), 124.0);
 }
 
+// Of two nodes on two threads each, on three cores: one run at a time.
+TEST(OwnedCores, RunsThatWaitOverlapNoMoreThanThereAreCoresForTheirThreads) {
+  const graph::App app = row_of(2, 2);
+  CostTable costs = costs_of(app, {2, 4});
+  costs.set_wait(NodeId{0}, Millis{6});
+  EXPECT_EQ(owned_cores_with(app.graph, kOnly, costs, 3, 2, 0.0).period, Millis{1 + 6 + 2});
+  EXPECT_EQ(owned_cores_with(app.graph, kOnly, costs, 4, 2, 0.0).period, Millis{1 + 6}) << "as the first node is busy";
+  EXPECT_EQ(owned_cores_with(app.graph, kOnly, costs, 3, 1, 0.0).period, Millis{2 + 6});
+}
+
+// Four runs of 2 ms one after the other in each frame; 2 and 3 of them in turns.
+TEST(SharedCore, SeveralRunsInAFrameComeInBursts) {
+  EXPECT_EQ(shared_core({Millis{20}, 4.0, Millis{8}}, false).period, Millis{5});
+  EXPECT_EQ(shared_core({Millis{20}, 4.0, Millis{8}}, false).execution, Millis{20 + 2 - 8});
+  EXPECT_EQ(longest_gap(Millis{20}, 4.0), Millis{20});
+  EXPECT_EQ(shared_core({Millis{20}, 2.5, Millis{5}}, false).execution, Millis{20 + 2 - 5});
+}
+
+// Two slots and a half, if it begins with one; begun in the middle of one it ends in the third after that.
+TEST(SharedCore, ARunMayBeginWithinASlot) {
+  EXPECT_EQ(shared_core({Millis{20}, 0.4, Millis{2}}, false).period, Millis{50});
+  EXPECT_EQ(shared_core({Millis{20}, 0.4, Millis{2}}, false).execution, Millis{60 + 5 - 6});
+  EXPECT_EQ(longest_gap(Millis{20}, 0.4), Millis{60});
+  EXPECT_EQ(longest_gap(Millis{20}, 0.25), Millis{80});
+}
+
 TEST(SharedCore, SpreadsARunOverItsPeriod) {
   const SharedTiming timing = shared_core({Millis{20}, 0.25, Millis{5}}, false);
   EXPECT_EQ(timing.period, Millis{80});

@@ -17,7 +17,7 @@ Millis longest_window(const Plan& plan, const graph::App& app, NodeId id) {
   const graph::Node& node = app.graph.node(id);
   if (!node.subchain) return to_millis(node.period.value_or(Nanos{0}));
   const SubchainPlan& planned = plan.subchains[node.subchain->index()];
-  if (member_of(plan, *node.subchain) == nullptr) return planned.period;
+  if (member_of(plan, *node.subchain) == nullptr) return longest_gap(plan.cores, planned).value_or(planned.period);
   return planned.period + std::max(planned.execution - planned.slice, Millis{0});
 }
 

@@ -1,10 +1,29 @@
 #include "plan/plan.h"
 
 #include <algorithm>
+#include <cstddef>
+
+#include "model/formulas.h"
 
 namespace ctn::plan {
 
 const char* to_string(Form form) { return form == Form::kFrames ? "frames" : "priorities"; }
+
+std::vector<int> first_cores(std::span<const SubchainPlan> subchains) {
+  std::vector<int> cores;
+  cores.reserve(subchains.size());
+  for (const SubchainPlan& subchain : subchains) cores.push_back(subchain.cores.front());
+  return cores;
+}
+
+std::optional<Millis> longest_gap(std::span<const CorePlan> cores, const SubchainPlan& subchain) {
+  const auto core = static_cast<std::size_t>(subchain.cores.front());
+  if (subchain.every || core >= cores.size() || cores[core].slots.empty()) return std::nullopt;
+  // Where something shorter is expected of it, so it is of its frames.
+  const Millis frame = std::min(cores[core].frame, subchain.period * subchain.share);
+  const Millis gap = model::longest_gap(frame, subchain.share);
+  return gap > subchain.period ? std::optional(gap) : std::nullopt;
+}
 
 Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain) {
   if (plan.expected) return plan.expected->subchains[subchain.index()];

@@ -198,6 +198,14 @@ inline const char* promises_for(bool typical) { return typical ? "typical" : "pe
 // Where a subchain has a fixed priority; null where it has none. Precondition: it has a core of the plan's.
 const Member* member_of(const Plan& plan, SubchainId subchain);
 
+// A core of each.
+std::vector<int> first_cores(std::span<const SubchainPlan> subchains);
+
+// From the begin of one run to that of the next, at most, where that is longer than the period: of a subchain that
+// takes batches in frames, which has runs in bursts, or now after more and now after fewer frames. Not where that has
+// what runs wait in it.
+std::optional<Millis> longest_gap(std::span<const CorePlan> cores, const SubchainPlan& subchain);
+
 // What a subchain is expected to have, or where nothing is expected what it is promised, which may be many times as
 // long: for code that has to go on, or to wait, for about a period.
 Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain);

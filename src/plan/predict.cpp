@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/evaluate.h"
+#include "model/unscheduled.h"
 #include "plan/batches.h"
 #include "plan/limits.h"
 #include "plan/promise.h"
@@ -23,13 +24,22 @@ class Timings {
     for (const CorePlan& core : cores) {
       for (const Member& member : core.members) members_[member.subchain.index()] = &member;
     }
+    if (!app.exclusive.empty()) {
+      exclusive_waits_ = model::exclusive_waits(app, model::costs_by_kind(app, costs), first_cores(subchains));
+    }
   }
+
+  // Of unscheduled nodes, by NodeId (model/unscheduled.h).
+  const std::vector<Millis>& exclusive_waits() const { return exclusive_waits_; }
 
   model::SubchainTiming of(SubchainId id) const {
     const SubchainPlan& planned = subchains_[id.index()];
     model::SubchainTiming timing{planned.period, planned.execution};
     const Member* const member = members_[id.index()];
-    if (member == nullptr) return timing;
+    if (member == nullptr) {
+      timing.longest_gap = longest_gap(cores_, planned);
+      return timing;
+    }
     if (member->after) {
       timing.longest_gap = timing.period + outputs_late(*member->after, members_.size());
       if (may_be_held_back(*member)) return timing;
@@ -56,7 +66,8 @@ class Timings {
   // By how much more than so many periods outputs may be apart: the one late, the next as early as a run costs nothing.
   // `steps`: no more leaders than that are asked, since plans that are checked may go in circles.
   Millis outputs_late(const After& after, std::size_t steps) const {
-    if (const NodeId* const leader = after.node()) return output_lateness(app_.graph, costs_, *leader, 0.0);
+    if (const NodeId* const leader = after.node())
+      return model::output_lateness(app_.graph, costs_, exclusive_waits_, *leader, 0.0);
     const SubchainId leader = *after.subchain();
     const Millis run = subchains_[leader.index()].execution;
     const Member* const member = members_[leader.index()];
@@ -76,6 +87,7 @@ class Timings {
     const SubchainId leader = *after.subchain();
     if (const Member* const member = members_[leader.index()]) return member->period;
     const SubchainPlan& planned = subchains_[leader.index()];
+    if (planned.share > 1.0) return planned.slice / planned.share;  // one right after the other
     return has_fixed_frames(app_, cores_, planned) ? planned.period : period_limits(app_.graph, leader).min;
   }
 
@@ -84,13 +96,15 @@ class Timings {
   const std::span<const SubchainPlan> subchains_;
   const std::span<const CorePlan> cores_;
   std::vector<const Member*> members_;  // by subchain; null: it has no fixed priority
+  std::vector<Millis> exclusive_waits_;
 };
 
 }  // namespace
 
 Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains,
                    std::span<const CorePlan> cores) {
-  const std::vector<model::SubchainTiming> timings = Timings(app, costs, subchains, cores).all();
+  const Timings known(app, costs, subchains, cores);
+  const std::vector<model::SubchainTiming> timings = known.all();
   Prediction prediction;
   std::vector<Millis> of_term;  // the figure that the term weighs
   for (const graph::Term& term : app.objective) {
@@ -98,7 +112,8 @@ Prediction predict(const graph::App& app, const model::CostTable& costs, std::sp
       of_term.push_back(model::evaluate_period(app.graph, term.path.front(), timings));
       prediction.nodes.push_back({term.path.front(), of_term.back(), term.weight});
     } else {
-      const model::ChainTiming timing = model::evaluate_chain(app.graph, term.path, costs, timings);
+      const model::ChainTiming timing =
+          model::evaluate_chain(app.graph, term.path, costs, timings, known.exclusive_waits());
       of_term.push_back(timing.response);
       prediction.chains.push_back({term.path, timing.response, timing.latency, timing.period, term.weight});
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/unscheduled.h"
 #include "plan/batches.h"
 #include "plan/limits.h"
 
@@ -19,7 +20,10 @@ constexpr int kRounds = 1000;
 class Analysis {
  public:
   Analysis(const Plan& plan, const graph::App& app, const model::CostTable& costs)
-      : plan_(plan), app_(app), by_kind_(model::costs_by_kind(app, at_batches(costs, plan.batches, app.graph))) {}
+      : plan_(plan),
+        app_(app),
+        by_kind_(model::costs_by_kind(app, at_batches(costs, plan.batches, app.graph))),
+        exclusive_waits_(model::exclusive_waits(app, by_kind_, first_cores(plan.subchains))) {}
 
   std::optional<std::vector<Promise>> run() {
     const std::size_t count = plan_.subchains.size();
@@ -94,7 +98,7 @@ class Analysis {
     const Millis late = behind + sooner_[i];
     // An output may come as late as the leader's run may end, and as early as a run costs nothing.
     if (const NodeId* const leader = member.after->node()) {
-      return late + output_lateness(app_.graph, by_kind_.front(), *leader, plan_.slack);
+      return late + model::output_lateness(app_.graph, by_kind_.front(), exclusive_waits_, *leader, plan_.slack);
     }
     const std::size_t leader = member.after->subchain()->index();
     const bool owns = member_of(plan_, *member.after->subchain()) == nullptr;
@@ -390,6 +394,7 @@ class Analysis {
   const Plan& plan_;
   const graph::App& app_;
   const std::vector<model::CostTable> by_kind_;
+  const std::vector<Millis> exclusive_waits_;
   std::vector<Promise> promises_;
   std::vector<Millis> cost_;
   std::vector<Millis> wait_;
@@ -399,14 +404,6 @@ class Analysis {
 };
 
 }  // namespace
-
-Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack) {
-  Millis late{0};
-  for (std::optional<NodeId> at = node; at; at = graph.node(*at).follows) {
-    late += costs[*at].single_thread() / (1.0 - slack);
-  }
-  return late;
-}
 
 std::optional<std::vector<Promise>> promise(const Plan& plan, const graph::App& app, const model::CostTable& costs) {
   return Analysis(plan, app, costs).run();

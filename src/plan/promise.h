@@ -9,7 +9,7 @@
 // triggered by outputs or by a pause, no two triggers are closer together than its period: where that says less (J = 0
 // and T = period), it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers,
 // response and jitter grow with one another. Outputs of an unscheduled node come at its period, each as late as its own
-// run and those of the nodes that it follows may end.
+// run and those of the nodes that it follows may end, with what these wait (model/unscheduled.h).
 //
 // While a run of i is pending, nothing below it on its core runs. So those above it that go back to outputs of one that
 // is not above it come once each, and not again before i has ended: where all on the way from that one to j are on this
@@ -72,10 +72,6 @@ struct Promise {
 
 // Whatever takes longer is not promised at all.
 constexpr Millis kLongestPromise = std::chrono::hours{24};
-
-// How late an output of an unscheduled node may be: its own run, and those of the nodes that it follows. `costs`: on
-// cores of the first kind.
-Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack);
 
 // By SubchainId; period and execution are 0 for those without a fixed priority. None where the subchains above leave
 // some subchain no time. Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs

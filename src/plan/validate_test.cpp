@@ -236,6 +236,7 @@ TEST(Validate, AWholeRunMayBeShorterThanTheLeastSlice) {
   Plan plan = sample_plan(app, costs);
   // 1.5 runs of 0.4 ms are less than 1 ms; the time that is left becomes idle time.
   plan.subchains[kBatch.index()].slice = plan.cores[0].slots[2].slice = Millis{0.4 * 1.5};
+  plan.subchains[kBatch.index()].execution = plan.cores[0].frame + Millis{0.4 - 0.4 * 1.5};
   plan.cores[0].idle = Millis{2 + 6 - 0.4 * 1.5};
   const Status status = validate(plan, app, costs, kSampleCores);
   EXPECT_TRUE(status.ok()) << status.error().message();

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <functional>
 
+#include "model/unscheduled.h"
 #include "plan/limits.h"
-#include "plan/promise.h"
 #include "planner/clock_phases.h"
 
 namespace ctn::planner {
@@ -91,6 +91,10 @@ void Surrogate::know_exclusions(const std::vector<model::CostTable>& tables) {
                       });
     }
   }
+  const auto& nodes = app_.graph.nodes();
+  if (std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.unscheduled && node.exclusive; })) {
+    tables_ = tables;
+  }
   for (const graph::ExclusiveGroup& group : app_.exclusive) {
     Exclusion& exclusion = exclusions_.emplace_back();
     exclusion.unscheduled.resize(tables.size());
@@ -166,7 +170,7 @@ void Surrogate::know_arrivals(const model::CostTable& planned, const model::Cost
     const graph::Node& node = app_.graph.nodes()[i];
     if (!node.unscheduled) continue;
     arrivals.apart = to_millis(node.outputs_apart()).count();
-    arrivals.late = plan::output_lateness(app_.graph, costs, NodeId(i), slack).count();
+    arrivals.late = model::output_lateness(app_.graph, costs, {}, NodeId(i), slack).count();
     arrivals.runs_per_output = planned.runs_per_output(NodeId(i));
   }
 }
@@ -200,8 +204,10 @@ void Surrogate::know_term(const graph::Term& term, const trial::Samples& samples
     added.node = node;
     added.period = own_period(app_.graph, node);
     added.follows = element.follows;
+    added.leader = app_.graph.node(node).follows;
     if (!app_.graph.node(node).external) {
       added.cost = run + samples.moments(node, 0).mean + samples.mean_wait(node).mean;
+      added.planned = (planned[node].single_thread() + planned.wait(node)).count();
     }
   }
 }

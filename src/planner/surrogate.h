@@ -89,9 +89,11 @@ class Surrogate {
     NodeId node;                         // that one
     double period = 0.0;                 // its own, if it has one
     double cost = 0.0;
+    double planned = 0.0;  // what a run of that node costs and waits, as promised
     double output_period = 0.0;
     double runs_per_output = 1.0;
-    bool follows = false;  // as graph::ChainElement
+    bool follows = false;            // as graph::ChainElement
+    std::optional<NodeId> leader{};  // that it follows, in the chain or not
   };
   struct Term {
     double weight = 0.0;
@@ -198,6 +200,9 @@ class Surrogate {
   double fed_apart(std::size_t subchain) const;
   bool waits_for_itself(const trial::Schedule& schedule) const;
   void know_exclusions(const std::vector<model::CostTable>& tables);
+  void know_exclusive_waits(const trial::Schedule& schedule);
+  double promised_run(const Element& element) const;
+  double promised_wait(const Element& element) const;
   std::optional<double> promised_blocking(const trial::Schedule& schedule, std::size_t subchain) const;
 
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
@@ -256,6 +261,10 @@ class Surrogate {
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
   std::vector<std::optional<Fed>> fed_;        // by subchain; empty where no run awaits input
   std::vector<Exclusion> exclusions_;
+  // Of unscheduled nodes, for their exclusive groups (model/unscheduled.h), in the schedule that is asked about; and
+  // the costs by which these are reckoned. Empty where no unscheduled node is in one.
+  std::vector<Millis> exclusive_waits_;
+  std::vector<model::CostTable> tables_;
   // By subchain: from its core, by what has its exclusive group and waits. Empty if the app has no exclusive groups.
   std::vector<bool> kept_away_;
   int rounds_;                           // until periods are good enough for a guess

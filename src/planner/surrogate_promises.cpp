@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "dispatch/subchain_trigger.h"
+#include "model/unscheduled.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "planner/surrogate.h"
@@ -245,7 +246,33 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
                                                         : timing.promised_on_average.rate;
 }
 
+// What unscheduled nodes may wait for depends on which core those are on that may have their exclusive groups.
+void Surrogate::know_exclusive_waits(const trial::Schedule& schedule) {
+  if (tables_.empty()) return;
+  std::vector<int> cores;
+  cores.reserve(schedule.subchains.size());
+  for (const trial::Place& place : schedule.subchains) cores.push_back(place.core);
+  exclusive_waits_ = model::exclusive_waits(app_, tables_, cores);
+  for (std::size_t i = 0; i < arrivals_.size(); ++i) {
+    if (!app_.graph.node(NodeId(i)).unscheduled) continue;
+    arrivals_[i].late =
+        model::output_lateness(app_.graph, tables_.front(), exclusive_waits_, NodeId(i), 1.0 - usable_).count();
+  }
+}
+
+// Of an unscheduled node, or of an external one that ticks.
+double Surrogate::promised_run(const Element& element) const {
+  return element.planned + model::exclusive_wait_of(exclusive_waits_, element.node).count();
+}
+
+// The same, of what it does not follow: an unscheduled follower runs as late as outputs of its own leader come.
+double Surrogate::promised_wait(const Element& element) const {
+  const double late = element.leader ? arrivals_[element.leader->index()].late : 0.0;
+  return std::max(element.period + late, promised_run(element));
+}
+
 void Surrogate::promise(const trial::Schedule& schedule, Estimate& estimate) {
+  know_exclusive_waits(schedule);
   for (int round = 1; round < rounds_; ++round) promise_cores(schedule);
   estimate.promised = promised_;
   for (const Term& term : terms_) {

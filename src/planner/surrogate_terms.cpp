@@ -142,14 +142,15 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
       }
     }
     double own = timing == nullptr ? element.period : period_of(*timing);
-    if (before == nullptr && timing != nullptr && !usual) {
-      first_late = promised_gap(schedule, element.subchain->index()) - own;
+    if (before == nullptr && !usual) {
+      first_late =
+          (timing != nullptr ? promised_gap(schedule, element.subchain->index()) : promised_wait(element)) - own;
     }
     if (before != nullptr && follows && !in_line && !usual) latency += std::max(own - period_before, 0.0);
     if (before != nullptr && !follows) {
       const bool all_new = usual ? in_line : before == &term.elements.front();
       in_line = false;
-      double wait = element.period / (usual ? 2.0 : 1.0);
+      double wait = usual ? element.period / 2.0 : promised_wait(element);
       if (timing != nullptr && before->subchain) {
         wait = wait_between(schedule, *before->subchain, *element.subchain, all_new, basis);
       } else if (timing != nullptr) {
@@ -174,7 +175,7 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
     }
     if (begun) begun->passed += element.cost;
     if (timing == nullptr) {
-      latency += element.cost;
+      latency += usual ? element.cost : promised_run(element);
     } else if (!usual) {
       latency += timing->promised_execution;
     } else {

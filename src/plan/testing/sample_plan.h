@@ -2,7 +2,7 @@
 //
 //   core 0, shared   fast (scan, steer; at most 100 Hz)   f = 1, slice 6 ms
 //                    slow (map)                           f = 1/4, slice 5 ms
-//                    batch (log, a queue node)            f = 1.5, slice 6 ms
+//                    batch (log, a queue node)            f = 1.5, slice 6 ms; a run may be left over to the next frame
 //                    2 ms idle, 5 % slack: frames of (6 + 5 + 6 + 2) / 0.95 = 20 ms
 //   cores 1 and 2    see (grab, detect), 10 ms each: p = 10 / 0.95 ms, L = 20 ms; its bound of 25 ms is relaxed
 #pragma once
@@ -65,7 +65,7 @@ inline Plan sample_plan(const graph::App& app, const model::CostTable& costs) {
   plan.subchains = {{{0}, frame, frame, 1, 1.0, Millis{6}, 1},
                     {{0}, 4 * frame, 4 * frame, 4, 0.25, Millis{5}, 1},
                     {{1, 2}, Millis{10} / 0.95, Millis{20}, 1, 1.0, Millis{20}, 1},
-                    {{0}, frame / 1.5, frame / 1.5, {}, 1.5, Millis{6}, 1}};
+                    {{0}, frame / 1.5, frame + Millis{4 - 6}, {}, 1.5, Millis{6}, 1}};
   plan.cores.resize(kSampleCores);
   CorePlan& shared = plan.cores[0];
   shared.frame = frame;
