@@ -3,7 +3,7 @@
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
 //              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
-//              [--stop-inside] [--strings KB]
+//              [--stop-inside] [--strings KB] [--sleep MS]
 //
 // A message on --in, a request of --service, or the timer, makes it burn CPU time and publish what it has counted, or
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
@@ -13,7 +13,7 @@
 // the other, of the same period. --restarts: so often it starts four spinner threads, and stops them, before it spins.
 // With --subscribe-again it assigns another subscription of --in to the first. With --stop-inside the callback of the
 // timer or the service waits for a lock, and who has got that stops the timer or the service meanwhile. With --strings
-// what goes over --in and --out are strings of so many kilobytes.
+// what goes over --in and --out are strings of so many kilobytes. With --sleep it sleeps when it has burnt.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <roscpp/Empty.h>
@@ -37,7 +37,7 @@ namespace {
 
 struct Asked {
   std::string in, out, beside, service, ask, counts, log;
-  double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
+  double timer_ms = 0.0, burn_ms = 0.0, sleep_ms = 0.0, loop_hz = 200.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
   int threads = 1, queue = 10, restarts = 0;
@@ -81,6 +81,7 @@ void work(long value) {
   g_is_called = true;
   if (g_asked.stop_inside) const std::lock_guard lock(g_mutex);
   burn(g_asked.burn_ms);
+  if (g_asked.sleep_ms > 0.0) std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(g_asked.sleep_ms));
   if (g_out) publish(value);
   ++g_counts.calls;
 }
@@ -170,6 +171,8 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.timer_ms = std::stod(value);
     } else if (option == "--burn") {
       g_asked.burn_ms = std::stod(value);
+    } else if (option == "--sleep") {
+      g_asked.sleep_ms = std::stod(value);
     } else if (option == "--queue") {
       g_asked.queue = std::stoi(value);
     } else if (option == "--loop-hz") {
