@@ -76,7 +76,7 @@ scheduler: { bootstrap: 300ms }
 TEST_F(IncompleteTest, WhereAProgramIsMissingOrKilledTheOtherIsAsWithoutCatan) {
   serve("fallback_rate: 5Hz", "timer: 20ms");
   start_node("reader", "--in /things");
-  join("first", "--timer 20 --burn 2 --threads 3 --out /things");
+  join("first", "--timer 20 --sleep 15 --threads 3 --out /things");
   EXPECT_GT(calls_of_timer("first"), 30) << text_of(path("first.err"));
   EXPECT_TRUE(counts("reader", "calls", 20)) << "who is no part of the app";
   int last = 0;

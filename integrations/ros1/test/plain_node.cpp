@@ -4,7 +4,7 @@
 //              [--unsubscribe-after N] [--throw-every N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
 //              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
-//              [--stop-inside] [--strings KB]
+//              [--stop-inside] [--strings KB] [--sleep MS]
 //
 // With --unsubscribe-after the callback of --in unsubscribes itself at that message. With --throw-every each so many
 // calls of it or of the timer's end with an exception; what comes out of --spin-once's spinOnce() is counted.
@@ -17,7 +17,7 @@
 // the other, of the same period. --restarts: so often it starts four spinner threads, and stops them, before it spins.
 // With --subscribe-again it assigns another subscription of --in to the first. With --stop-inside the callback of the
 // timer or the service waits for a lock, and who has got that stops the timer or the service meanwhile. With --strings
-// what goes over --in and --out are strings of so many kilobytes.
+// what goes over --in and --out are strings of so many kilobytes. With --sleep it sleeps when it has burnt.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <roscpp/Empty.h>
@@ -41,9 +41,9 @@
 namespace {
 
 struct Asked {
-  std::string in, out, beside, service, ask, counts, log;
   int unsubscribe_after = 0, throw_every = 0;
-  double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
+  std::string in, out, beside, service, ask, counts, log;
+  double timer_ms = 0.0, burn_ms = 0.0, sleep_ms = 0.0, loop_hz = 200.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
   int threads = 1, queue = 10, restarts = 0;
@@ -88,6 +88,7 @@ void work(long value) {
   g_is_called = true;
   if (g_asked.stop_inside) const std::lock_guard lock(g_mutex);
   burn(g_asked.burn_ms);
+  if (g_asked.sleep_ms > 0.0) std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(g_asked.sleep_ms));
   if (g_out) publish(value);
   ++g_counts.calls;
 }
@@ -189,6 +190,8 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.timer_ms = std::stod(value);
     } else if (option == "--burn") {
       g_asked.burn_ms = std::stod(value);
+    } else if (option == "--sleep") {
+      g_asked.sleep_ms = std::stod(value);
     } else if (option == "--queue") {
       g_asked.queue = std::stoi(value);
     } else if (option == "--loop-hz") {
