@@ -39,8 +39,8 @@
 namespace {
 
 struct Asked {
-  std::string in, out, beside, service, ask, counts, log;
   int unsubscribe_after = 0, throw_every = 0;
+  std::string in, out, beside, service, ask, counts, log;
   double timer_ms = 0.0, burn_ms = 0.0, loop_hz = 200.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
