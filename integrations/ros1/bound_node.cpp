@@ -155,38 +155,6 @@ BoundNode::BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessa
 
 BoundNode* BoundNode::current() { return t_node; }
 
-void BoundNode::CurrentTurn::set(std::unique_ptr<Turn> turn) {
-  const std::lock_guard lock(mutex_);
-  next_ = std::move(turn);
-}
-
-bool BoundNode::CurrentTurn::is_current() const {
-  const std::lock_guard lock(mutex_);
-  return held_ == nullptr || held_ == next_;
-}
-
-// While it waits, another queue may take the place of the one whose turn that is.
-bool BoundNode::CurrentTurn::take(const std::atomic<bool>& stop) {
-  for (;;) {
-    {
-      const std::lock_guard lock(mutex_);
-      held_ = next_;
-    }
-    if (!held_->take(stop)) break;
-    if (is_current()) return true;
-    give_back();
-  }
-  const std::lock_guard lock(mutex_);
-  held_ = nullptr;
-  return false;
-}
-
-void BoundNode::CurrentTurn::give_back() {
-  held_->give_back();
-  const std::lock_guard lock(mutex_);
-  held_ = nullptr;
-}
-
 BoundNode::Candidate::Candidate(BoundNode& node, ros::CallbackQueueInterface& original)
     : node_(node), original_(original) {
   const std::lock_guard lock(node_.bound_mutex_);

@@ -53,6 +53,26 @@ TEST_F(BindTest, WhatItWritesIsPlannedAsItIs) {
   EXPECT_TRUE(Json::parse(text_of(path("plan.out")), nullptr, false).is_object());
 }
 
+// Of the newest message alone, half of them would be.
+TEST_F(BindTest, OfTwoDriversNoMessageIsLost) {
+  write_launcher({"left --timer 20 --out /joints --counts left.json",
+                  "right --timer 20 --out /joints --counts right.json",
+                  "reader --in /joints --out /state --counts reader.json"});
+  ASSERT_EQ(wait(start_bind("--seconds 3 -- ./launch.sh"), seconds{60}), 0) << text_of(path("bind.err"));
+  EXPECT_THAT(text_of(path("app.yaml")), AllOf(HasSubstr("  reader: { input: queue, "),
+                                               HasSubstr("each message counts: /left, /right send them\n")));
+
+  std::filesystem::remove(path("reader.json"));
+  const int run = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --scheduler default -- ./launch.sh");
+  ASSERT_TRUE(counts("reader", "calls", 100)) << text_of(path("run.err"));
+  const auto sent = [&] { return counted("left", "calls") + counted("right", "calls"); };
+  const long sent_before = sent();
+  const long got_before = counted("reader", "calls");
+  std::this_thread::sleep_for(seconds{4});
+  EXPECT_GE(counted("reader", "calls") - got_before, (sent() - sent_before) * 9 / 10);
+  end(run, SIGTERM);
+}
+
 TEST_F(BindTest, WhatWasSeenUntilItIsStoppedCounts) {
   write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json"});
   const int bind = start_bind("--seconds 600 --output my+robot.yaml --costs robot.costs -- ./launch.sh");
