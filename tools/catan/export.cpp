@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -72,23 +71,6 @@ class NewFile {
   bool kept_ = false;
 };
 
-// Shows the progress of an export that takes long, on a terminal.
-class ProgressLine {
- public:
-  void show(double part) {
-    constexpr std::chrono::milliseconds kBetween{200};
-    const Clock::time_point now = Clock::now();
-    if (now < next_) return;
-    next_ = now + kBetween;
-    line_.show(fmt::format("exported: {:.0f} %", 100.0 * part));
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  StatusLine line_;
-  Clock::time_point next_ = Clock::now() + std::chrono::seconds{2};
-};
-
 using Export = std::function<Status(const exports::Sink&)>;
 
 Status to_stdout(const Export& write) {
@@ -153,7 +135,7 @@ Status export_record(const ExportOptions& options) {
   if (Status done = check(options); !done) return done;
   const auto record = record::Reader::open(options.record);
   if (!record) return record.error();
-  ProgressLine progress;
+  ProgressLine progress("exported");
   const bool csv = options.format == "csv";
   if (csv && options.table.empty()) return export_tables(*record, options.output, progress);
   const Export write = [&](const exports::Sink& sink) {
