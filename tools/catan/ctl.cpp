@@ -218,7 +218,8 @@ void add_ctl_command(CLI::App& cli, int& exit_code) {
       "Only root and the user that the server runs as may do this. A new plan follows at once; the record of the run "
       "and "
       "its\nstatus say what was changed, and the app file stays as it is. What is wrong changes nothing.\n"
-      "Exit code: 0 it is done, 1 no server answers, 2 a mistake, or the server refuses it.");
+      "Exit code: 0 it is done, 1 no server answers, 2 a mistake, or the server refuses it; of dump, no such app "
+      "runs.");
   command
       ->add_option("SERVER", options->server,
                    "Its socket, its app file, or the name of its app; to dump, a process, too")
