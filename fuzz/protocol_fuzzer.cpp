@@ -63,6 +63,8 @@ void speak(runtime::Registry& registry, const std::map<char, runtime::Registry::
   const runtime::Registry::Answer answer = registry.handle(program->second, sender, line.substr(1));
   const Status said = runtime::parse_reply(answer.text);
   if (!said && said.error().kind() != ErrorKind::kCaller) std::abort();
+  const bool names_app = runtime::parse_app_reply(answer.text).ok();
+  if (names_app && (!said || sender != own || who != 'd')) std::abort();
   using Attached = ctn::runtime::Registry::Attached;
   if (answer.attached != Attached::kNone && (!said || sender != own)) std::abort();
   if ((answer.attached == Attached::kStatus || answer.attached == Attached::kFlight) && who != 'd') std::abort();

@@ -8,7 +8,12 @@
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -159,6 +164,41 @@ TEST_F(CtlTest, FindsTheServerByTheAppsFileOrName) {
   ::unsetenv("CATAN_SOCKET");
 }
 
+// In a shell below `catan run APP -- COMMAND`, where CATAN_SOCKET is that of APP.
+TEST_F(CtlTest, AnAppThatIsNamedGoesBeforeTheEnvironment) {
+  const std::string other = folder_ + "/catan/other.sock";
+  std::filesystem::create_directory(folder_ + "/catan");
+  std::string text = served_app();
+  text.replace(text.find("app: served"), 11, "app: other");
+  std::ofstream(path("other.yaml")) << text;
+  serve_all();
+  ASSERT_EQ(::setenv("CATAN_SOCKET", path("socket").c_str(), 1), 0);
+  ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", folder_.c_str(), 1), 0);
+  for (const std::string& target : {path("other.yaml"), std::string("other")}) {
+    for (const char* const action : {" weight 0 2.5", " status"}) {
+      const Answer answer = ctl(target + action);
+      EXPECT_EQ(answer.code, 1) << answer.text;
+      EXPECT_THAT(answer.text, HasSubstr("no server answers for 'other' at"));
+      EXPECT_THAT(answer.text, HasSubstr("the one at " + path("socket") + " schedules 'served'"));
+    }
+  }
+  EXPECT_EQ(status()["changes"], 0);
+
+  std::optional<os::ChildProcess> first = std::exchange(server_, std::nullopt);
+  serve("catan/other.sock", "other.yaml");
+  ASSERT_TRUE(eventually([&] { return ctl(other + " status").code == 0; })) << said();
+  EXPECT_EQ(ctl("other weight 0 2.5").code, 0);
+  EXPECT_EQ(status()["changes"], 0);
+  EXPECT_EQ(Json::parse(ctl(other + " status --json").text)["changes"], 1);
+  // What lasts in memory is that of the app that is named, too.
+  EXPECT_EQ(ctl("other dump " + path("last.catan")).code, 0);
+  const Result<record::Reader> dumped = record::Reader::open(path("last.catan"));
+  ASSERT_TRUE(dumped.ok()) << dumped.error().message();
+  EXPECT_EQ(dumped->app().name, "other");
+  ::unsetenv("XDG_RUNTIME_DIR");
+  ::unsetenv("CATAN_SOCKET");
+}
+
 // Somebody may register, and may not control.
 TEST_F(CtlTest, OnlyRootAndTheServersOwnUserMayControlIt) {
   CATAN_REQUIRE(::geteuid() == 0, "needs root, to be another user");
@@ -170,11 +210,11 @@ TEST_F(CtlTest, OnlyRootAndTheServersOwnUserMayControlIt) {
   os::ForkedProcess somebody([&] {
     if (::setuid(kSomebody) != 0) return 9;
     if (::access(folder_.c_str(), X_OK) != 0) return kShutOut;
-    const std::vector<std::string> sockets{path("socket")};
-    const Status changed = runtime::ask_to_change(*os_, sockets, {.weights = {{"0", 5.0}}});
+    const runtime::ServerAddress server{.sockets = {path("socket")}};
+    const Status changed = runtime::ask_to_change(*os_, server, {.weights = {{"0", 5.0}}});
     if (changed.ok() || changed.error().kind() != ErrorKind::kCaller) return 1;
     if (changed.error().message().find("only root and the user that the server runs as") == std::string::npos) return 2;
-    return runtime::ask_for_status(*os_, sockets).ok() ? 3 : 0;
+    return runtime::ask_for_status(*os_, server).ok() ? 3 : 0;
   });
   const int ended = somebody.join();
   CATAN_REQUIRE(ended != kShutOut, "needs a folder for temporary files that other users may enter");

@@ -104,6 +104,33 @@ TEST_F(ExportCommand, NothingHalfMadeStays) {
   EXPECT_THAT(read_all(file("err")), HasSubstr("could not be written"));
 }
 
+// The system ends it as soon as a file becomes larger than that: within the first one, or in a later one.
+TEST_F(ExportCommand, WhatIsInterruptedLeavesNothingUnderItsName) {
+  const auto interrupted = [&](const std::string& arguments) {
+    const std::string command =
+        "ulimit -f 1; exec " CATAN_COMMAND " export " CATAN_RECORDS "/face_tracking " + arguments + " >/dev/null 2>&1";
+    return std::system(command.c_str());
+  };
+  const std::string trace = "--format perfetto --output " + file("t");
+  const std::string tables = "--format csv --output " + file("tables");
+  EXPECT_NE(interrupted(trace), 0);
+  EXPECT_NE(interrupted(tables), 0);
+  EXPECT_FALSE(std::filesystem::exists(file("t")));
+  for (const auto& entry : std::filesystem::directory_iterator(file("tables"))) {
+    EXPECT_EQ(entry.path().extension(), ".unfinished") << entry.path();
+  }
+  // The next takes over what is left.
+  EXPECT_EQ(run("face_tracking " + trace).exit_code, 0);
+  EXPECT_EQ(read_all(file("t")), run("face_tracking --format perfetto").out);
+  EXPECT_EQ(run("face_tracking " + tables).exit_code, 0);
+  EXPECT_EQ(read_all(file("tables/runs.csv")), run("face_tracking --format csv --table runs").out);
+  for (const std::string& folder : {folder_, file("tables")}) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      EXPECT_NE(entry.path().extension(), ".unfinished") << entry.path();
+    }
+  }
+}
+
 TEST_F(ExportCommand, MistakesExitWith2) {
   for (const char* arguments : {"", "face_tracking", "nowhere --format perfetto", "face_tracking --format json",
                                 "face_tracking --format csv", "face_tracking --format csv --table nothing",

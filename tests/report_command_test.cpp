@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -63,6 +64,14 @@ TEST_F(ReportPages, AreWrittenToAFile) {
   EXPECT_EQ(outcome.out, "");
   EXPECT_THAT(read_all(file("page.html")), AllOf(StartsWith("<!DOCTYPE html>"), HasSubstr("catan-data")));
   EXPECT_EQ(report("face_tracking --html " + file("no/page.html")).exit_code, 1);
+}
+
+TEST_F(ReportPages, StayWhatTheyWereWhereAnotherIsInterrupted) {
+  std::ofstream(file("page.html")) << "before";
+  const std::string command = "ulimit -f 1; exec " CATAN_COMMAND " report " CATAN_RECORDS "/face_tracking --html " +
+                              file("page.html") + " >/dev/null 2>&1";
+  EXPECT_NE(std::system(command.c_str()), 0);
+  EXPECT_EQ(read_all(file("page.html")), "before");
 }
 
 TEST_F(ReportPages, PutTwoRunsSideBySide) {

@@ -1,5 +1,6 @@
 // catan serve from outside, with programs that die, hang, lie and come back. Times are generous: it is the real
 // machine.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -7,9 +8,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
+#include <optional>
 #include <random>
+#include <string>
+#include <utility>
 
 #include "os/linux/connection.h"
+#include "os/linux/descriptor.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/listener.h"
 #include "os/linux/shared_memory.h"
@@ -583,6 +589,28 @@ TEST_F(ServeTest, LetsGoOfThreadsItFoundWhenTheirProgramRunsAnotherNode) {
     eye->client().stop();
     late.join();
   }
+}
+
+// A pipe that nobody reads, and that is full: what is told there is kept for a while, and nobody waits for it.
+TEST_F(ServeTest, EndsWhileNobodyReadsWhatItSays) {
+  ASSERT_EQ(::mkfifo(path("said").c_str(), 0600), 0);
+  const os::Descriptor pipe(::open(path("said").c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  ASSERT_TRUE(pipe.valid());
+  const std::string page(4096, '.');
+  while (::write(pipe.number(), page.data(), page.size()) > 0) {
+  }
+  serve();
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path("socket")); }));
+  Result<Client> client = connect();
+  ASSERT_TRUE(client.ok()) << client.error().message();
+  {
+    CountingNodes map(std::move(*client), *os_, {{"map", milliseconds{1}}});
+    EXPECT_TRUE(map.runs_on(5)) << "it schedules";
+  }  // which is told: node-left
+  ASSERT_TRUE(server_->signal(SIGTERM).ok());
+  std::optional<os::Exit> exit;
+  EXPECT_TRUE(eventually([&] { return (exit = server_->wait()).has_value(); }));
+  EXPECT_EQ(exit, os::Exit{});
 }
 
 }  // namespace

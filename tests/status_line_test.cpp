@@ -5,6 +5,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <chrono>
+#include <functional>
+#include <string>
+
 namespace ctn::tool {
 namespace {
 
@@ -57,6 +62,52 @@ TEST(StatusLine, DoesNotWaitForATerminalThatDoesNotRead) {
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status)) << "it waited";
   close(terminal);
+}
+
+// What a child shows on a terminal by `show`, which is called until something is.
+std::string shown_on_a_terminal(const std::function<void()>& show) {
+  int terminal = -1;
+  int program = -1;
+  EXPECT_EQ(openpty(&terminal, &program, nullptr, nullptr, nullptr), 0);
+  const pid_t child = fork();
+  EXPECT_GE(child, 0);
+  if (child == 0) {
+    alarm(60);
+    dup2(program, STDERR_FILENO);
+    show();
+    _exit(0);
+  }
+  close(program);
+  std::string text;
+  std::array<char, 256> buffer{};
+  for (ssize_t count = 0; (count = read(terminal, buffer.data(), buffer.size())) > 0;) {
+    text.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  close(terminal);
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  return text;
+}
+
+TEST(ProgressLine, TellsNothingOfWhatDoesNotTakeLong) {
+  EXPECT_EQ(shown_on_a_terminal([] {
+              ProgressLine line("exported");
+              for (int percent = 0; percent <= 100; ++percent) line.show(percent / 100.0);
+            }),
+            "\r\033[K");
+}
+
+TEST(ProgressLine, TellsHowFarItIsAndIsGoneAtTheEnd) {
+  const auto shown = [](const std::function<void(ProgressLine&)>& show) {
+    return shown_on_a_terminal([&] {
+      ProgressLine line("read");
+      const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds{2100};
+      while (std::chrono::steady_clock::now() < until) show(line);
+    });
+  };
+  EXPECT_EQ(shown([](ProgressLine& line) { line.show(0.42); }), "\r\033[Kread: 42 %\r\033[K");
+  EXPECT_EQ(shown([](ProgressLine& line) { line.show_count(8192); }), "\r\033[Kread: 8192 events\r\033[K");
 }
 
 }  // namespace

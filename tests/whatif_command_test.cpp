@@ -131,5 +131,23 @@ TEST(ValidateCommand, ComparesWithARecord) {
   EXPECT_EQ(run_catan("sim --validate nowhere", CATAN_RECORDS).exit_code, 2);
 }
 
+// Guards: where there was nothing to compare, the error was 0.
+TEST(ValidateCommand, SaysThatNothingWasMeasured) {
+  std::string folder = ::testing::TempDir() + "catan-validate-XXXXXX";
+  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  std::ofstream(folder + "/app.yaml") << "catan: 1\napp: slow\nnodes: { a: {} }\n"
+                                         "objective: [ { response_time: [a], weight: 1 } ]\n";
+  std::ofstream(folder + "/costs.yaml") << "a: 500ms\n";
+  const Outcome simulated =
+      run_catan("sim app.yaml --costs costs.yaml --cores 1 --seconds 0.1 --record run.catan", folder);
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const Outcome text = run_catan("sim --validate run.catan", folder);
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_NE(text.out.find("response times: none, as none was measured"), std::string::npos) << text.out;
+  const Outcome document = run_catan("sim --validate run.catan --json", folder);
+  EXPECT_TRUE(Json::parse(document.out)["worst_response_error"].is_null()) << document.out;
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace ctn::test

@@ -33,7 +33,7 @@ SessionOptions session_options(const Options& options) {
   result.cpus = options.cpus;
   result.record = options.record;
   result.note = note_of(options);
-  result.on_notice = [](const std::string& notice) { fmt::print(stderr, "face_tracking: {}\n", notice); };
+  result.on_notice = [](const std::string& notice) { program::note(kProgram, notice); };
   return result;
 }
 

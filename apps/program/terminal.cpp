@@ -14,8 +14,13 @@ volatile std::sig_atomic_t g_signal = 0;
 }  // namespace
 
 int fail(const char* program, const Error& error) {
-  fmt::print(stderr, "{}: {}\n", program, error.message());
+  note(program, error.message());
   return error.kind() == ErrorKind::kCaller ? kMistake : kFailure;
+}
+
+void note(const char* program, const std::string& text) {
+  const std::string line = fmt::format("{}: {}\n", program, text);
+  std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
 int print(const std::string& text, int signal) {

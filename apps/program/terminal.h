@@ -1,6 +1,6 @@
 // How the apps' programs talk to who started them: errors, the live line, the result, and signals that end them early.
 //
-// Thread safety: one thread.
+// Thread safety: one thread, except note().
 #pragma once
 
 #include <string>
@@ -14,6 +14,10 @@ namespace ctn::program {
 
 // Prints the error on stderr, behind the program's name. Returns the exit code.
 int fail(const char* program, const Error& error);
+
+// What the user should know, on stderr, behind the program's name, as far as that can be written: a log that is full is
+// no reason to end. Any thread may call it.
+void note(const char* program, const std::string& text);
 
 // Prints the result on stdout. Returns the exit code: 128 + `signal` where a signal (not 0) has ended the program.
 int print(const std::string& text, int signal);

@@ -440,6 +440,17 @@ TEST_F(LateWatchTest, TakesTheLimitThatIsGivenAndTheLongest) {
   EXPECT_EQ(late->over, milliseconds{10});
 }
 
+// Guards: catan watch told how often it had seen late responses, each time one of many.
+TEST_F(LateWatchTest, CountsAllThatWereLate) {
+  LateWatch watch(app_, {{0, milliseconds{10}}}, at(seconds{100}));
+  for (int count = 0; count < 5; ++count) step(watch, milliseconds{5});
+  EXPECT_TRUE(watch.take());
+  EXPECT_EQ(watch.take_count(), 4U);  // the last run's response is not over yet
+  EXPECT_EQ(watch.take_count(), 0U);
+  step(watch, milliseconds{5});
+  EXPECT_EQ(watch.take_count(), 1U);
+}
+
 TEST_F(LateWatchTest, LeavesOutWhatBeganBefore) {
   LateWatch watch(app_, {{0, milliseconds{10}}}, at(seconds{200}));
   step(watch, milliseconds{5});

@@ -30,6 +30,7 @@ void LateWatch::add(const record::Run& run) {
       const std::optional<Nanos> allowed = chain.asked_or_promised();
       if (!sample.response || !allowed || *sample.response <= *allowed || sample.begin < from_) continue;
       const LateResponse late{chain.watched.term, *sample.response, *allowed, sample.begin + *sample.response};
+      ++count_;
       if (!worst_ || late.response - late.over > worst_->response - worst_->over) worst_ = late;
     }
   }

@@ -5,7 +5,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/time.h"
@@ -38,6 +40,8 @@ class LateWatch : public record::PartialSink {
 
   // Of the late responses since the last call, the one that exceeded its bound by most; none: there was none.
   std::optional<LateResponse> take();
+  // How many were late since the last call of this.
+  std::uint64_t take_count() { return std::exchange(count_, 0); }
 
   void add(const record::Run& run) override;
   void add(const record::PlanChange& change) override;
@@ -58,6 +62,7 @@ class LateWatch : public record::PartialSink {
   TimePoint from_;
   std::vector<Chain> chains_;
   std::optional<LateResponse> worst_;
+  std::uint64_t count_ = 0;
 };
 
 }  // namespace ctn::flight

@@ -7,8 +7,9 @@
 // first or its last; a follower is unscheduled, and is fed by the node that it follows, which is unscheduled too; an
 // edge with an age limit joins nodes that are not external, and the limit is above 0; a subchain that is triggered by
 // arrival alone has an unscheduled node that feeds its head; an exclusive group has two nodes or more, none of them
-// external, and no node is in two of them; weights are finite and >= 0; min_rate <= max_rate, for the
-// nodes of a subchain taken together; kinds of cores have unique names, one core or more, and a finite speed > 0.
+// external, and no node is in two of them; weights are finite and >= 0, and add up to 1e100 at most; min_rate <=
+// max_rate, for the nodes of a subchain taken together; kinds of cores have unique names, one core or more, and a
+// finite speed > 0.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once

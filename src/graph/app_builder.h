@@ -79,6 +79,9 @@ class AppBuilder {
 
   std::optional<NodeId> resolve_node(const Name& name, const std::string& key);
   void problem(const Place& place, std::string_view key, std::string_view what, std::string_view hint);
+  void problem(const Place& place, const std::optional<Problem>& found) {
+    if (found) problem(place, found->key, found->what, found->hint);
+  }
   std::string guess(std::string_view word, const std::vector<std::string>& candidates, std::string otherwise) const;
   bool has_edge(NodeId from, NodeId to) const { return edge_index_.contains({from, to}); }
   // An edge that is missing may be the one that was misspelt: then it was reported.

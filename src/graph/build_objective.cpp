@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "base/text.h"
 #include "graph/app_builder.h"
 #include "graph/ranking.h"
+#include "graph/rules.h"
 
 namespace ctn::graph {
 
@@ -29,13 +29,15 @@ void AppBuilder::add_objective() {
     }
     app_.objective.push_back(std::move(*term));
   }
+  std::vector<double> weights;
+  for (const TermSpec& spec : spec_.objective) weights.push_back(spec.weight.value);
+  if (const auto wrong = wrong_sum_of_weights(weights)) {
+    problem(spec_.objective[wrong->term].weight.place, wrong->problem);
+  }
 }
 
 std::optional<Term> AppBuilder::resolve_term(const TermSpec& spec, const std::string& key) {
-  if (!std::isfinite(spec.weight.value) || spec.weight.value < 0.0) {
-    problem(spec.weight.place, key + ".weight", fmt::format("weight {} is no number from 0 up", spec.weight.value),
-            "write 0 or more: what one millisecond counts");
-  }
+  problem(spec.weight.place, wrong_weight(key + ".weight", spec.weight.value));
   if (spec.max && spec.metric == Metric::kPeriod) {
     problem(spec.max->place, key + ".max", "max bounds a response time; a period is bounded by a rate",
             spec.path.size() == 1 && spec.max->value > Nanos::zero()

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "graph/app_builder.h"
+#include "graph/rules.h"
 
 namespace ctn::graph {
 
@@ -107,12 +108,8 @@ void AppBuilder::check_rates(const Subchain& subchain) {
     const NodeSpec* spec = node_specs_[id.index()];
     if (spec->min_rate && (!highest_min || spec->min_rate->value > highest_min->min_rate->value)) highest_min = spec;
     if (spec->max_rate && (!lowest_max || spec->max_rate->value < lowest_max->max_rate->value)) lowest_max = spec;
-    const Nanos apart = app_.graph.output_period_before(id);
-    if (spec->min_rate && apart > Nanos{0} && spec->min_rate->value.period() < apart) {
-      problem(spec->min_rate->place, fmt::format("nodes.{}.min_rate", spec->name.value),
-              fmt::format("{}Hz cannot be had: a node before it in subchain {} gives output every {:.6g} ms at most",
-                          spec->min_rate->value.hertz(), quote(subchain.name), to_millis(apart).count()),
-              "lower it, or output_period of the node before");
+    if (spec->min_rate) {
+      problem(spec->min_rate->place, rate_above_outputs(app_.graph, id, spec->min_rate->value));
     }
   }
   // Within one node it was reported there.
@@ -183,15 +180,7 @@ void AppBuilder::check_triggers(const Subchain& subchain) {
           fmt::format("no unscheduled node feeds {}: nothing arrives that could trigger it", quote(spec.name.value)),
           "add an edge from one, or write trigger: any");
     }
-    const auto exact = [&](NodeId each) {
-      const Node& node = app_.graph.node(each);
-      return node.min_rate && node.min_rate == node.max_rate;
-    };
-    if (std::any_of(subchain.nodes.begin(), subchain.nodes.end(), exact)) {
-      problem(spec.trigger->place, key,
-              fmt::format("subchain {} has an exact rate, which is kept by time", quote(subchain.name)),
-              "remove trigger, or make min_rate and max_rate differ");
-    }
+    problem(spec.trigger->place, exact_rate_by_arrival(key, app_.graph, subchain));
   }
 }
 

@@ -2,6 +2,7 @@
 // tests/malformed; here is what can be had only by hand, and one case for each check.
 #include "graph/build.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <limits>
@@ -370,6 +371,24 @@ TEST(BuildObjective, RefusesBadNumbersAndRepeats) {
   EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("objective[1]: objective[0] is about the same; keep one"),
                                      HasSubstr("max must be more than 0"), HasSubstr("weight nan is no number"),
                                      HasSubstr("weight inf is no number")));
+}
+
+// Guards: no plan could be told from another, nor any be made.
+TEST(BuildObjective, RefusesWeightsThatAddUpToTooMuch) {
+  AppSpec spec = good_spec();
+  spec.objective.push_back(period("GL", 9e98));
+  At<double>& first = spec.objective[0].weight;
+  At<double>& second = spec.objective.back().weight;
+  const std::string key = fmt::format("objective[{}].weight: ", spec.objective.size() - 1);
+  first = {9e99, {}};
+  EXPECT_EQ(errors_of(spec), "");
+  second = {2e100, {"a.yaml", 3, 5}};
+  EXPECT_EQ(errors_of(spec), "a.yaml:3:5: " + key +
+                                 "weight 2e+100 is too large: all weights together may be 1e+100 at most; write "
+                                 "smaller ones: only what they are to one another counts");
+  first = {std::numeric_limits<double>::max(), {}};
+  second = {std::numeric_limits<double>::max(), {}};
+  EXPECT_THAT(errors_of(spec), HasSubstr("objective[0].weight: weight 1.7976931348623157e+308 is too large"));
 }
 
 TEST(BuildOrder, RankingsNameEverySubchainOnce) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <set>
@@ -13,6 +12,7 @@
 
 #include "base/text.h"
 #include "graph/ranking.h"
+#include "graph/rules.h"
 
 namespace ctn::graph {
 namespace {
@@ -73,6 +73,7 @@ class Changing {
 
   Result<App> run(const Changes& changes) {
     for (const Changes::Weight& change : changes.weights) set_weight(change);
+    check_sum_of_weights();
     for (const Changes::Max& change : changes.maxes) set_max(change);
     for (const Changes::MinRate& change : changes.min_rates) set_min_rate(change);
     for (const NodeId node : rates_changed_) check_rates(node);
@@ -85,6 +86,9 @@ class Changing {
  private:
   void problem(const std::string& key, const std::string& what, const std::string& hint) {
     problems_.push_back({{}, printable(key), printable(what), printable(hint)});
+  }
+  void problem(const std::optional<Problem>& found) {
+    if (found) problem(found->key, found->what, found->hint);
   }
 
   std::optional<std::size_t> term(const std::string& name) {
@@ -106,11 +110,14 @@ class Changing {
     if (!index) return;
     const std::string key = fmt::format("objective[{}].weight", *index);
     if (!is_new(key)) return;
-    if (!std::isfinite(change.weight) || change.weight < 0.0) {
-      return problem(key, fmt::format("weight {} is no number from 0 up", change.weight),
-                     "write 0 or more: what one millisecond counts");
-    }
+    problem(wrong_weight(key, change.weight));
     app_.objective[*index].weight = change.weight;
+  }
+
+  void check_sum_of_weights() {
+    std::vector<double> weights;
+    for (const Term& term : app_.objective) weights.push_back(term.weight);
+    if (const auto wrong = wrong_sum_of_weights(weights)) problem(wrong->problem);
   }
 
   void set_max(const Changes::Max& change) {
@@ -167,19 +174,8 @@ class Changing {
     if (!node.min_rate) return;
     const std::string key = fmt::format("nodes.{}.min_rate", node.name);
     const Subchain& subchain = app_.graph.subchain(*node.subchain);
-    const Nanos apart = app_.graph.output_period_before(id);
-    if (apart > Nanos{0} && node.min_rate->period() < apart) {
-      problem(key,
-              fmt::format("{}Hz cannot be had: a node before it in subchain {} gives output every {:.6g} ms at most",
-                          node.min_rate->hertz(), quote(subchain.name), to_millis(apart).count()),
-              "ask for less");
-    }
-    if (app_.graph.node(subchain.head()).trigger == TriggerBy::kArrival && node.min_rate == node.max_rate) {
-      problem(
-          key,
-          fmt::format("subchain {} is triggered by arrival, and an exact rate is kept by time", quote(subchain.name)),
-          "ask for less than max_rate");
-    }
+    problem(rate_above_outputs(app_.graph, id, *node.min_rate));
+    problem(exact_rate_by_arrival(key, app_.graph, subchain));
     for (const NodeId other : subchain.nodes) {
       const Node& capped = app_.graph.node(other);
       if (!capped.max_rate || *node.min_rate <= *capped.max_rate) continue;

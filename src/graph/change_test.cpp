@@ -132,6 +132,20 @@ TEST(Changed, AllThatIsWrongIsTold) {
   for (const Problem& problem : after.error().problems()) EXPECT_FALSE(problem.hint.empty()) << problem.key;
 }
 
+TEST(Changed, WeightsMayNotAddUpToMoreThanInAnAppFile) {
+  const App x = app();
+  Changes changes;
+  changes.weights = {{"0", 9e99}, {"1", 9e98}};
+  EXPECT_TRUE(changed(x, changes).ok());
+  for (const double weight : {2e99, 1e308, std::numeric_limits<double>::max()}) {
+    changes.weights[1].weight = weight;
+    const Result<App> after = changed(x, changes);
+    ASSERT_FALSE(after.ok()) << weight;
+    EXPECT_EQ(keys(after.error()), weight > 9e99 ? "objective[1].weight;" : "objective[0].weight;");
+    EXPECT_NE(after.error().message().find("only what they are to one another counts"), std::string::npos);
+  }
+}
+
 // Guards: an app was accepted that an app file may not have, and that no plan can be made of.
 TEST(Changed, WhatAnAppFileMayNotHaveIsRefused) {
   AppSpec spec;

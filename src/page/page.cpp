@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <span>
 #include <string_view>
 #include <utility>
 
 #include "base/text.h"
+#include "os/linux/whole_file.h"
 #include "page/assets.h"
 #include "page/comparison.h"
 #include "page/data.h"
@@ -459,10 +459,7 @@ Status save(const std::string& html, const std::string& file) {
   if (record::looks_like_record(file)) {
     return Error::caller(quote(file) + " is a record, which a page would replace", "name another file after --html");
   }
-  std::ofstream stream(file, std::ios::binary);
-  if (stream << html && stream.flush()) return Done{};
-  return Error::environment("the page cannot be written to " + quote(file),
-                            "check the folder and the room on the disk");
+  return os::replace_file(file, html);
 }
 
 }  // namespace ctn::page

@@ -40,7 +40,8 @@ struct Glance {
 };
 Glance glance(const ShownRun& run);
 
-// Writes a page to a file. kCaller: it is a record, which can only be named by a slip of the command line.
+// Writes a page to a file, whole or not at all. kCaller: it is a record, which can only be named by a slip of the
+// command line; another program writes it.
 // kEnvironment: it cannot be written.
 Status save(const std::string& html, const std::string& file);
 

@@ -87,7 +87,14 @@ struct Reader::Impl {
   graph::App app;
   Header header;
   Ending ending;
+  std::function<void(std::uint64_t)> tell{};
+  mutable std::uint64_t handed_on = 0;
 
+  // One more event is about to be.
+  void count() const {
+    constexpr std::uint64_t kBetween = 4096;
+    if (++handed_on % kBetween == 0 && tell) tell(handed_on);
+  }
   Status each_row(const std::string& table, const std::string& columns_and_order,
                   const std::function<void(Cells&)>& take) const;
 };
@@ -118,8 +125,13 @@ Result<Reader> Reader::Impl::read(Result<sqlite::Database> database) {
   return Reader(std::make_unique<Impl>(Impl{std::move(*database), std::move(*app), std::move(*header), *ending}));
 }
 
+void Reader::on_progress(std::function<void(std::uint64_t)> tell) { impl_->tell = std::move(tell); }
+
 Status Reader::each_run(const std::function<void(const Run&)>& take) const {
-  return each_stored_run(impl_->database, impl_->app.graph, take);
+  return each_stored_run(impl_->database, impl_->app.graph, [&](const Run& run) {
+    impl_->count();
+    take(run);
+  });
 }
 
 Status Reader::each_run_by_begin(const std::function<void(const Run&)>& take) const {
@@ -144,6 +156,7 @@ Status Reader::each_run_with_consumers(const std::function<void(const Run&, std:
       if (!row) return row.error();
       if (!*row) break;
       if (Status done = consumers.move_to(runs.run()); !done) return done;
+      impl_->count();
       take(runs.run(), consumers.of_run());
     }
   }
@@ -284,6 +297,7 @@ Status Reader::Impl::each_row(const std::string& table, const std::string& colum
                               const std::function<void(Cells&)>& take) const {
   return database.each_row("SELECT " + columns_and_order, [&](sqlite::Statement& row) -> Status {
     Cells cells(row);
+    count();
     take(cells);
     if (!cells.ok()) return damaged(database, table);
     return Done{};

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -49,6 +50,9 @@ class Reader {
   const graph::App& app() const;
   const Header& header() const;
   const Ending& ending() const;
+
+  // Is told from time to time how many events have been handed on so far, of all calls together. Empty: nobody is.
+  void on_progress(std::function<void(std::uint64_t events)> tell);
 
   // All runs, by the time they ended: runs of a node in the order of their numbers, and a run after those it consumed,
   // as ChainTracker wants them. What a run consumed is in the order of the predecessors' ids.

@@ -76,6 +76,23 @@ std::string error_after(const std::string& sql) {
   return status.error().message();
 }
 
+TEST(Reader, TellsHowManyEventsItHasHandedOn) {
+  const Folder folder;
+  const std::string path = folder.file("long");
+  {
+    const auto writer = make(path, robot());
+    for (std::uint64_t i = 1; i <= 5000; ++i)
+      writer->add(Trigger{SubchainId{0}, i, at(seconds{103}), at(seconds{103})});
+    ASSERT_TRUE(writer->close(at(seconds{110}), header().host).ok());
+  }
+  auto reader = Reader::open(path);
+  ASSERT_TRUE(reader.ok()) << reader.error().message();
+  std::vector<std::uint64_t> told;
+  reader->on_progress([&](std::uint64_t events) { told.push_back(events); });
+  for (int pass = 0; pass < 2; ++pass) ASSERT_TRUE(reader->each_trigger([](const Trigger&) {}).ok());
+  EXPECT_EQ(told, (std::vector<std::uint64_t>{4096, 8192}));
+}
+
 TEST(Reader, SaysThatThereIsNoFile) {
   const auto reader = Reader::open("/no/such/record");
   ASSERT_FALSE(reader.ok());

@@ -15,19 +15,19 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 
 #include "base/result.h"
 #include "os/os.h"
-#include "runtime/enforcer.h"
 
 namespace ctn::runtime {
 
 class AllowedCpus {
  public:
-  // Both outlive it.
-  AllowedCpus(os::Os& os, const Enforcer& enforcer) : os_(os), enforcer_(enforcer) {}
+  // `os` outlives it.
+  explicit AllowedCpus(os::Os& os) : os_(os) {}
 
-  // From now on. A thread that the enforcer has placed, now or later, tells nothing as long as it is.
+  // From now on. A thread that a session of this process has placed, now or later, tells nothing as long as it is.
   void watch(os::ThreadId thread);
   // What was taken from it counts no more.
   void forget(os::ThreadId thread);
@@ -35,10 +35,12 @@ class AllowedCpus {
   Result<os::CpuSet> now() const;
 
  private:
+  std::optional<os::CpuSet> of_its_own(os::ThreadId thread) const;
+
   os::Os& os_;
-  const Enforcer& enforcer_;
-  mutable std::mutex mutex_;                   // guards what follows
-  std::map<os::ThreadId, os::CpuSet> before_;  // what each could use when it was first watched
+  mutable std::mutex mutex_;  // guards what follows
+  // What each could use when it was first watched, or at the first look after that at which nobody had placed it.
+  mutable std::map<os::ThreadId, std::optional<os::CpuSet>> before_;
 };
 
 }  // namespace ctn::runtime

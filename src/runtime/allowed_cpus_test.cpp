@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config/testing/apps.h"
+#include "runtime/enforcer.h"
 #include "runtime/testing/virtual_session.h"
 
 namespace ctn::runtime {
@@ -100,6 +101,40 @@ TEST_F(AllowedCpusTest, WhatCatanItselfDoesToAThreadIsNotTakenForAnotherPrograms
   pass(seconds{2});
   EXPECT_EQ(fake.affinity(fake.current_thread()).value().size(), 1U) << "as planned for the node";
   EXPECT_TRUE(notices.empty());
+  EXPECT_TRUE(engine->stop().ok());
+}
+
+// Guards: the main thread, adopted by one session, took its CPUs from the other one.
+TEST_F(AllowedCpusTest, WhatAnotherSessionOfThisProcessDoesToAThreadIsNotTheUsersDoing) {
+  Enforcer other(fake, true, nullptr, nullptr);
+  const os::ThreadId main = fake.current_thread();
+  start();
+  pass(seconds{3});
+  ASSERT_TRUE(other.apply(main, os::Level::kOrdinary, {0}).ok());
+  EXPECT_GT(runs_on(1), 0);
+  EXPECT_TRUE(notices.empty());
+  other.restore(main);
+  EXPECT_GT(runs_on(1), 0);
+  EXPECT_TRUE(notices.empty());
+  // Its own affinity counts as before.
+  ASSERT_TRUE(fake.set_affinity(main, {0}).ok());
+  EXPECT_EQ(runs_on(1), 0);
+  expect_planned_for({0});
+  EXPECT_TRUE(engine->stop().ok());
+}
+
+TEST_F(AllowedCpusTest, AThreadThatAnotherSessionHasPlacedIsWatchedOnceItIsFree) {
+  Enforcer other(fake, true, nullptr, nullptr);
+  const os::ThreadId main = fake.current_thread();
+  ASSERT_TRUE(other.apply(main, os::Level::kOrdinary, {0}).ok());
+  start();
+  EXPECT_GT(runs_on(1, seconds{3}), 0);
+  other.restore(main);
+  EXPECT_GT(runs_on(1), 0);
+  EXPECT_TRUE(notices.empty());
+  ASSERT_TRUE(fake.set_affinity(main, {0}).ok());
+  EXPECT_EQ(runs_on(1), 0);
+  expect_planned_for({0});
   EXPECT_TRUE(engine->stop().ok());
 }
 

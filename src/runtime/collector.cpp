@@ -41,7 +41,7 @@ void Collector::collect() {
 
 void Collector::note_misuses() {
   if (!from_.channels.misuses) return;
-  for (const std::string& misuse : from_.channels.misuses()) log_.notice({os_.now(), "channel-misuse", misuse});
+  for (record::Notice& misuse : from_.channels.misuses(os_.now())) log_.notice(std::move(misuse));
 }
 
 void Collector::note_ignored_wakes() {

@@ -33,7 +33,7 @@ struct ChannelNews {
   // Values that were lost on their way, by edge name ("scan -> GL").
   std::function<std::vector<std::pair<std::string, std::uint64_t>>()> dropped;
   // Uses by nodes that may not, since this was last asked.
-  std::function<std::vector<std::string>()> misuses;
+  std::function<std::vector<record::Notice>(TimePoint now)> misuses;
 };
 
 // What is collected from. References outlive the collector.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/text.h"
 #include "os/linux/connection.h"
 #include "os/linux/poller.h"
 #include "runtime/protocol.h"
@@ -18,50 +19,85 @@ namespace {
 
 constexpr Nanos kAnswerWithin = std::chrono::seconds{2};
 
-Result<os::Connection> connect_to_first(const std::vector<std::string>& sockets) {
-  std::optional<Error> refusal;
-  for (const std::string& path : sockets) {
-    Result<os::Connection> connection = os::Connection::connect(path);
-    if (connection) return connection;
-    refusal = connection.error();
-  }
-  if (sockets.size() == 1) return *refusal;
-  return Error::environment(fmt::format("no server answers at {}", fmt::join(sockets, " or ")),
-                            "start one: catan serve APP.yaml; or name its socket");
+Error not_understood() {
+  return Error::environment("the server's answer was not understood", "let `catan` and the server be of one version");
 }
 
-Result<os::Message> ask_server(os::Clock& clock, const std::vector<std::string>& sockets, const Request& request) {
-  const Result<os::Connection> connection = connect_to_first(sockets);
-  if (!connection) return connection.error();
-  const Result<std::unique_ptr<os::Poller>> poller = os::Poller::make();
-  if (!poller) return poller.error();
-  if (Status added = (*poller)->add(connection->socket(), 1); !added) return added.error();
+// A connection to one server, over which it is asked.
+class ReachedServer {
+ public:
+  static Result<ReachedServer> begin(const std::string& socket) {
+    Result<os::Connection> connection = os::Connection::connect(socket);
+    if (!connection) return connection.error();
+    Result<std::unique_ptr<os::Poller>> poller = os::Poller::make();
+    if (!poller) return poller.error();
+    if (Status added = (*poller)->add(connection->socket(), 1); !added) return added.error();
+    return ReachedServer(std::move(*connection), std::move(*poller));
+  }
+
+  Result<os::Message> ask(os::Clock& clock, const Request& request);
+
+ private:
+  ReachedServer(os::Connection connection, std::unique_ptr<os::Poller> poller)
+      : connection_(std::move(connection)), poller_(std::move(poller)) {}
+
+  os::Connection connection_;
+  std::unique_ptr<os::Poller> poller_;
+};
+
+Result<os::Message> ReachedServer::ask(os::Clock& clock, const Request& request) {
   const std::string text = to_text(request);
   if (text.size() > os::kMaxMessage) return Error::caller("this is more than one message holds", "change less at once");
   // Where it turned this program away it has said why, and closed: that is still there to be read.
-  static_cast<void>(connection->send(text));
+  static_cast<void>(connection_.send(text));
   os::Message answer;
   const TimePoint deadline = clock.now() + kAnswerWithin;
   while (clock.now() < deadline) {
-    switch (connection->receive(answer)) {
+    switch (connection_.receive(answer)) {
       case os::Arrival::kMessage:
         return answer;
       case os::Arrival::kClosed:
         return Error::environment("the server hung up", "try again");
       case os::Arrival::kNothing:
-        (*poller)->wait(deadline);
+        poller_->wait(deadline);
     }
   }
   return Error::environment("the server does not answer", "check whether it was stopped");
 }
 
-Error not_understood() {
-  return Error::environment("the server's answer was not understood", "let `catan` and the server be of one version");
+Result<std::string> app_of(os::Clock& clock, ReachedServer& reached) {
+  const Result<os::Message> answer = reached.ask(clock, {.kind = Request::Kind::kApp});
+  if (!answer) return answer.error();
+  return parse_app_reply(answer->text);
+}
+
+Result<ReachedServer> reach(os::Clock& clock, const ServerAddress& server) {
+  std::optional<Error> refusal;
+  std::string others;
+  for (const std::string& path : server.sockets) {
+    Result<ReachedServer> reached = ReachedServer::begin(path);
+    if (!reached) {
+      refusal = reached.error();
+      continue;
+    }
+    if (server.app.empty()) return reached;
+    const Result<std::string> app = app_of(clock, *reached);
+    if (!app) return app.error();
+    if (*app == server.app) return reached;
+    others += fmt::format("; the one at {} schedules {}", path, quote(*app));
+  }
+  if (server.sockets.size() == 1 && refusal) return *refusal;
+  const std::string of_app = others.empty() ? "" : " for " + quote(server.app);
+  return Error::environment(
+      fmt::format("no server answers{} at {}{}", of_app, fmt::join(server.sockets, " or "), others),
+      "start one: catan serve APP.yaml; or name its socket");
 }
 
 // What comes with the answer.
-Result<os::Descriptor> ask_for_memory(os::Clock& clock, const std::vector<std::string>& sockets, Request::Kind kind) {
-  Result<os::Message> answer = ask_server(clock, sockets, {.kind = kind});
+Result<os::Descriptor> ask_for_memory(os::Clock& clock, const ServerAddress& server, Request::Kind kind) {
+  Result<ReachedServer> reached = reach(clock, server);
+  if (!reached) return reached.error();
+  Result<os::Message> answer = reached->ask(clock, {.kind = kind});
   if (!answer) return answer.error();
   if (Status told = parse_reply(answer->text); !told) return told.error();
   if (!answer->descriptor.valid()) return not_understood();
@@ -70,22 +106,24 @@ Result<os::Descriptor> ask_for_memory(os::Clock& clock, const std::vector<std::s
 
 }  // namespace
 
-Status ask_to_change(os::Clock& clock, const std::vector<std::string>& sockets, const Changes& changes) {
-  const Result<os::Message> answer = ask_server(clock, sockets, {.kind = Request::Kind::kChange, .changes = changes});
+Status ask_to_change(os::Clock& clock, const ServerAddress& server, const Changes& changes) {
+  Result<ReachedServer> reached = reach(clock, server);
+  if (!reached) return reached.error();
+  const Result<os::Message> answer = reached->ask(clock, {.kind = Request::Kind::kChange, .changes = changes});
   if (!answer) return answer.error();
   return parse_reply(answer->text);
 }
 
-Result<std::string> ask_for_status(os::Clock& clock, const std::vector<std::string>& sockets) {
-  Result<os::Descriptor> told = ask_for_memory(clock, sockets, Request::Kind::kStatus);
+Result<std::string> ask_for_status(os::Clock& clock, const ServerAddress& server) {
+  Result<os::Descriptor> told = ask_for_memory(clock, server, Request::Kind::kStatus);
   if (!told) return told.error();
   const Result<os::SharedMemory> memory = os::SharedMemory::open(std::move(*told));
   if (!memory) return memory.error();
   return from_memory(*memory);
 }
 
-Result<os::Descriptor> ask_for_flight(os::Clock& clock, const std::vector<std::string>& sockets) {
-  return ask_for_memory(clock, sockets, Request::Kind::kFlight);
+Result<os::Descriptor> ask_for_flight(os::Clock& clock, const ServerAddress& server) {
+  return ask_for_memory(clock, server, Request::Kind::kFlight);
 }
 
 Result<os::SharedMemory> to_memory(const std::string& text) {

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "runtime/placed_threads.h"
+
 namespace ctn::runtime {
 
 Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guardian, driver::Notices* notices)
@@ -24,6 +26,7 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
           "there is no guardian for threads of other processes",
           "check whether this system lets the server start processes, and schedule fewer threads");
     }
+    if (!saved_.has(now->thread)) PlacedThreads::of_process().add(now->thread);
     saved_.save(std::move(*now));
   }
   if (Status placed = os_.set_affinity(thread, cpus); !placed) {
@@ -42,11 +45,6 @@ void Enforcer::try_level(os::ThreadId thread, os::Level level, os::ProcessId own
   if (ended_) return;
   raise_or_refuse(thread, level, attempts_of(owner));
   if (real_time()) os_.shift_level(thread, os::Level::kOrdinary);
-}
-
-bool Enforcer::has_placed(os::ThreadId thread) const {
-  const std::lock_guard lock(mutex_);
-  return saved_.has(thread);
 }
 
 void Enforcer::raise(os::ThreadId thread, os::Level level) {
@@ -105,6 +103,7 @@ void Enforcer::restore(os::ThreadId thread) {
   saved_.restore(thread);
   if (guardian_) guardian_->forget(thread);
   saved_.forget(thread);
+  PlacedThreads::of_process().remove(thread);
 }
 
 void Enforcer::restore_all() {
@@ -117,6 +116,7 @@ void Enforcer::restore_for_good() {
   ended_ = true;
   saved_.restore_all();
   if (guardian_) saved_.for_each_thread([this](os::ThreadId thread) { guardian_->forget(thread); });
+  saved_.for_each_thread([](os::ThreadId thread) { PlacedThreads::of_process().remove(thread); });
   saved_.clear();
 }
 

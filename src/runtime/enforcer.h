@@ -1,7 +1,7 @@
 // Sets the level and CPUs of threads, remembers the scheduling that they had before, and restores it. For threads of
 // other processes the guardian, if there is one, remembers it too, and restores it if this process cannot. Once the
 // machine has refused a level, all threads are lowered and no level is asked for again: the session goes on with rates
-// only, and says so.
+// only, and says so. While a thread is as apply() has put it, PlacedThreads has it.
 //
 // Thread safety: all calls from any thread that is not a node's or a controller's (it locks), except
 // set_level_now() and move_now(), which controllers may call, and keep_on(), which does not lock either.
@@ -55,9 +55,6 @@ class Enforcer {
   void move_now(os::ThreadId thread, const os::CpuSet& cpus);
   // As move_now(), where the thread is on other CPUs by now: another program has moved it. True: it was.
   bool keep_on(os::ThreadId thread, const os::CpuSet& cpus);
-
-  // Whether the thread is as apply() has put it: it has not been restored yet.
-  bool has_placed(os::ThreadId thread) const;
 
   // A thread, if it still lives, gets back what it had before the first apply(), and is forgotten; or all of them.
   // No thread may set its level any more: restore_all() is for where controllers still might. It forgets nothing.

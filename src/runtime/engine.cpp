@@ -17,8 +17,9 @@ Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, Engin
       Scheduler::create(engine->app_, os, std::move(options), std::move(*cpus), engine->memory_.region());
   if (!scheduler) return scheduler.error();
   engine->scheduler_ = std::move(*scheduler);
-  engine->scheduler_->watch_channels({.dropped = [&wiring = engine->wiring_] { return wiring.dropped(); },
-                                      .misuses = [&wiring = engine->wiring_] { return wiring.take_misuses(); }});
+  engine->scheduler_->watch_channels(
+      {.dropped = [&wiring = engine->wiring_] { return wiring.dropped(); },
+       .misuses = [&wiring = engine->wiring_](TimePoint now) { return wiring.take_misuses(now); }});
   return engine;
 }
 

@@ -14,10 +14,11 @@ using Json = nlohmann::json;
 
 using Kind = Request::Kind;
 
-constexpr std::array<std::pair<Kind, const char*>, 7> kNames{{{Kind::kHello, "hello"},
+constexpr std::array<std::pair<Kind, const char*>, 8> kNames{{{Kind::kHello, "hello"},
                                                               {Kind::kJoin, "join"},
                                                               {Kind::kAdd, "add"},
                                                               {Kind::kLeave, "leave"},
+                                                              {Kind::kApp, "app"},
                                                               {Kind::kChange, "change"},
                                                               {Kind::kStatus, "status"},
                                                               {Kind::kFlight, "flight"}}};
@@ -54,6 +55,10 @@ bool read_number(const Json& fields, const char* key, std::int32_t& number) {
   if (value < 1 || value > std::numeric_limits<std::int32_t>::max()) return false;
   number = static_cast<std::int32_t>(value);
   return true;
+}
+
+Error answer_not_understood() {
+  return Error::environment("the server's answer was not understood", "let the app and `catan` be of one version");
 }
 
 // The only member of an object, if it is one and has an object for a value.
@@ -182,14 +187,22 @@ std::string to_text(const Status& reply) {
 Status parse_reply(std::string_view text) {
   const auto entry = only_entry(text);
   if (entry && entry->first == "done") return Done{};
-  if (!entry || entry->first != "refused") {
-    return Error::environment("the server's answer was not understood", "let the app and `catan` be of one version");
-  }
+  if (!entry || entry->first != "refused") return answer_not_understood();
   const auto read = [&](const char* key) {
     const auto found = entry->second.find(key);
     return found != entry->second.end() && found->is_string() ? found->get<std::string>() : std::string("?");
   };
   return Error::caller(read("what"), read("hint"));
+}
+
+std::string app_reply(const std::string& app) { return dump({{"done", {{"app", app}}}}); }
+
+Result<std::string> parse_app_reply(std::string_view text) {
+  if (Status told = parse_reply(text); !told) return told.error();
+  const Json fields = only_entry(text)->second;
+  const auto app = fields.find("app");
+  if (app == fields.end() || !app->is_string()) return answer_not_understood();
+  return app->get<std::string>();
 }
 
 }  // namespace ctn::runtime

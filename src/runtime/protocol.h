@@ -8,7 +8,10 @@
 //   {"leave": {"node": "LM"}}                   the sender runs it no more
 // Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "hint": "..."}}.
 //
-// A program that controls the server (`catan ctl`) says one of these, and no hello:
+// A program that controls the server (`catan ctl`) says some of these, and no hello:
+//   {"app": {"version": 2}}                     answered with {"done": {"app": "robot"}}: whom it has reached, before
+//   it
+//                                               says more to a server that was not named by its socket
 //   {"change": {"version": 2, "cpus": [0, 1], "weights": [["scan -> LM", 0.5]], "maxes": [["0", 60.0]],
 //               "min_rates": [["GL", null]]}}   catan/changes.h; what stays is left out. Answered as above
 //   {"status": {"version": 2}}                  answered with {"done": {}}, and with memory that holds the length of a
@@ -31,9 +34,9 @@ namespace ctn::runtime {
 constexpr std::int32_t kProtocolVersion = 2;
 
 struct Request {
-  enum class Kind { kHello, kJoin, kAdd, kLeave, kChange, kStatus, kFlight };
+  enum class Kind { kHello, kJoin, kAdd, kLeave, kApp, kChange, kStatus, kFlight };
   Kind kind = Kind::kHello;
-  std::int32_t version = kProtocolVersion;  // kHello, kChange, kStatus, kFlight
+  std::int32_t version = kProtocolVersion;  // kHello, kApp, kChange, kStatus, kFlight
   std::string node{};                       // kJoin, kAdd, kLeave; kAdd: empty where it is for all
   std::int32_t thread = 0;                  // kHello, kJoin, kAdd; > 0
   Changes changes{};                        // kChange
@@ -47,5 +50,10 @@ Result<Request> parse_request(std::string_view text);
 std::string to_text(const Status& reply);
 // The status that was sent; kEnvironment where that cannot be understood.
 Status parse_reply(std::string_view text);
+
+// The answer to kApp where it is granted.
+std::string app_reply(const std::string& app);
+// The app's name. Errors: as parse_reply() has them.
+Result<std::string> parse_app_reply(std::string_view text);
 
 }  // namespace ctn::runtime

@@ -42,6 +42,8 @@ TEST(Protocol, RefusesWhatItDoesNotUnderstand) {
                            R"({"change": {"version": 2, "maxes": [[0, 1]]}})",
                            R"({"change": {"version": 2, "min_rates": [["a", "1"]]}})",
                            R"({"change": {"version": 2, "cpus": [0], "thread": 1}})",
+                           R"({"app": {}})",
+                           R"({"app": {"version": 2, "name": "a"}})",
                            R"({"status": {}})",
                            R"({"status": {"version": 2, "thread": 1}})",
                            "{\"join\": {\"node\": \"\xff\", \"thread\": 1}}"}) {
@@ -59,6 +61,17 @@ TEST(Protocol, SaysWhatARefusalSays) {
   EXPECT_TRUE(parse_reply(to_text(Status(Done{}))).ok());
   EXPECT_FALSE(parse_reply("nonsense").ok());
   EXPECT_FALSE(parse_reply(R"({"refused": {"what": 1}})").ok());
+}
+
+TEST(Protocol, SaysWhichAppIsScheduled) {
+  const Result<std::string> app = parse_app_reply(app_reply("the \"robot\""));
+  ASSERT_TRUE(app.ok());
+  EXPECT_EQ(*app, "the \"robot\"");
+  EXPECT_TRUE(parse_reply(app_reply("robot")).ok()) << "as any other that is granted";
+  EXPECT_EQ(parse_app_reply(R"({"refused": {"what": "no", "hint": "none"}})").error().kind(), ErrorKind::kCaller);
+  for (const char* text : {"nonsense", R"({"done": {}})", R"({"done": {"app": 1}})"}) {
+    EXPECT_EQ(parse_app_reply(text).error().kind(), ErrorKind::kEnvironment) << text;
+  }
 }
 
 TEST(Protocol, SaysEveryProblemWithItsKey) {
@@ -86,10 +99,11 @@ RC_GTEST_PROP(ProtocolProperty, WhatIsToChangeIsUnderstood, ()) {
 RC_GTEST_PROP(ProtocolProperty, WhatIsSaidIsUnderstood, ()) {
   Request request;
   request.kind = *rc::gen::element(Request::Kind::kHello, Request::Kind::kJoin, Request::Kind::kAdd,
-                                   Request::Kind::kLeave, Request::Kind::kStatus);
-  const bool of_program = request.kind == Request::Kind::kHello || request.kind == Request::Kind::kStatus;
+                                   Request::Kind::kLeave, Request::Kind::kApp, Request::Kind::kStatus);
+  const bool of_control = request.kind == Request::Kind::kApp || request.kind == Request::Kind::kStatus;
+  const bool of_program = request.kind == Request::Kind::kHello || of_control;
   if (of_program) request.version = *rc::gen::inRange(1, 100);
-  if (request.kind != Request::Kind::kLeave && request.kind != Request::Kind::kStatus) {
+  if (request.kind != Request::Kind::kLeave && !of_control) {
     request.thread = *rc::gen::inRange(1, 4194304);
   }
   if (!of_program) {

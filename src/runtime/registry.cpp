@@ -19,7 +19,8 @@ Status same_version(const Request& request) {
 }
 
 bool is_control(Request::Kind kind) {
-  return kind == Request::Kind::kChange || kind == Request::Kind::kStatus || kind == Request::Kind::kFlight;
+  return kind == Request::Kind::kApp || kind == Request::Kind::kChange || kind == Request::Kind::kStatus ||
+         kind == Request::Kind::kFlight;
 }
 
 // To the answer of a request that was granted.
@@ -58,6 +59,7 @@ Registry::Answer Registry::handle(ProgramId id, os::ProcessId sender, std::strin
   const Result<Request> request = parse_request(message);
   if (!request) return {to_text(Status(request.error()))};
   const Status done = carry_out(program, *request);
+  if (done && request->kind == Request::Kind::kApp) return {app_reply(scheduler_.app().name)};
   return {to_text(done), done ? attached_to(request->kind) : Attached::kNone};
 }
 

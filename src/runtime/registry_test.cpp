@@ -74,6 +74,23 @@ objective: [ { period: light, weight: 0.1 }, { period: heavy, weight: 1 } ]
   std::vector<std::unique_ptr<os::Thread>> threads;
 };
 
+class WhoControls : public RegistryTest {
+ protected:
+  WhoControls() : RegistryTest(1) { schedule("catan"); }
+};
+
+TEST_F(WhoControls, IsToldWhichAppIsScheduledAndOthersAreNot) {
+  const std::string asked = to_text(Request{.kind = Request::Kind::kApp});
+  const auto ask = [&](bool may_control) {
+    const Registry::ProgramId asking = registry->enter(fake.current_process(), may_control);
+    return parse_app_reply(registry->handle(asking, fake.current_process(), asked).text);
+  };
+  const Result<std::string> told = ask(true);
+  ASSERT_TRUE(told.ok()) << told.error().message();
+  EXPECT_EQ(*told, "two");
+  EXPECT_EQ(ask(false).error().kind(), ErrorKind::kCaller);
+}
+
 class SharedThreads : public RegistryTest {
  protected:
   SharedThreads() : RegistryTest(1) {

@@ -120,7 +120,7 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
       hand_set_hz(hertz),
       recorder(std::move(flight)),
       enforcer(of.os_, real_time, std::move(guardian), &of.notices_),
-      allowed(of.os_, enforcer),
+      allowed(of.os_),
       asked(of.app_, of.cpus_),
       measurements(of.app_, warm),
       controllers(of.app_, of.os_, enforcer, of.region_, of.links_, of.cpus_),

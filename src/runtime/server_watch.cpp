@@ -31,8 +31,8 @@ TimePoint ServerWatch::step(TimePoint now, bool gone) {
 }
 
 void ServerWatch::tell_misuses() {
-  for (const std::string& misuse : program_.wiring.take_misuses()) {
-    program_.notices.add({program_.os.now(), "channel-misuse", misuse});
+  for (record::Notice& misuse : program_.wiring.take_misuses(program_.os.now())) {
+    program_.notices.add(std::move(misuse));
   }
 }
 

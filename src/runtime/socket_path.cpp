@@ -26,6 +26,13 @@ std::string in_own_folder(const std::string& app) {
   return folder.empty() ? "" : fmt::format("{}/catan/{}.sock", folder, as_file_name(app));
 }
 
+std::vector<std::string> usual_sockets(const std::string& app) {
+  std::vector<std::string> paths;
+  if (std::string own = in_own_folder(app); !own.empty()) paths.push_back(std::move(own));
+  paths.push_back(in_system_folder(app));
+  return paths;
+}
+
 }  // namespace
 
 Result<std::string> socket_to_serve(const std::string& app) {
@@ -43,9 +50,12 @@ Result<std::vector<std::string>> sockets_to_try(const std::string& app) {
     return Error::caller(fmt::format("no server is named: {} is not set", kSocketVariable),
                          fmt::format("set {} to the server's socket, or name the app in the options", kSocketVariable));
   }
-  std::vector<std::string> paths;
-  if (std::string own = in_own_folder(app); !own.empty()) paths.push_back(std::move(own));
-  paths.push_back(in_system_folder(app));
+  return usual_sockets(app);
+}
+
+std::vector<std::string> sockets_of_app(const std::string& app) {
+  std::vector<std::string> paths = usual_sockets(app);
+  if (std::string named = variable(kSocketVariable); !named.empty()) paths.insert(paths.begin(), std::move(named));
   return paths;
 }
 

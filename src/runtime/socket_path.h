@@ -21,4 +21,8 @@ Result<std::string> socket_to_serve(const std::string& app);
 // CATAN_SOCKET is not set.
 Result<std::vector<std::string>> sockets_to_try(const std::string& app);
 
+// For who controls the server of the app with this name: all that there are, that of CATAN_SOCKET first. Which app is
+// scheduled there it has to ask (control.h).
+std::vector<std::string> sockets_of_app(const std::string& app);
+
 }  // namespace ctn::runtime

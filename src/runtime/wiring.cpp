@@ -18,4 +18,10 @@ void Wiring::close(Connections::OnLate on_late) {
   connections_.close("its nodes run already, so that nothing is changed", "call it before start()", std::move(on_late));
 }
 
+std::vector<record::Notice> Wiring::take_misuses(TimePoint now) const {
+  std::vector<record::Notice> notices;
+  for (std::string& misuse : connections_.take_misuses()) notices.push_back({now, "channel-misuse", std::move(misuse)});
+  return notices;
+}
+
 }  // namespace ctn::runtime

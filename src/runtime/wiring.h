@@ -16,6 +16,7 @@
 #include "catan/channel.h"
 #include "graph/app.h"
 #include "os/os.h"
+#include "record/events.h"
 #include "runtime/connections.h"
 #include "runtime/node_port.h"
 
@@ -40,7 +41,8 @@ class Wiring {
   std::vector<std::pair<std::string, std::uint64_t>> dropped() const { return connections_.dropped(); }
   // To those who call too late: the app has started.
   void close(Connections::OnLate on_late);
-  std::vector<std::string> take_misuses() const { return connections_.take_misuses(); }
+  // As the user is told of them (`channel-misuse`).
+  std::vector<record::Notice> take_misuses(TimePoint now) const;
 
   NodePort* port(NodeId node) { return ports_[node.index()].get(); }  // null: external
 

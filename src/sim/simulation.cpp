@@ -364,10 +364,17 @@ std::uint64_t Simulation::events() const { return impl_->cpus().events(); }
 Status Simulation::finish() { return impl_->finish(); }
 Nodes& Simulation::nodes() { return impl_->nodes(); }
 
-Result<Outcome> simulate(const graph::App& app, std::unique_ptr<RunCosts> costs, Options options, Nanos measured) {
+Result<Outcome> simulate(const graph::App& app, std::unique_ptr<RunCosts> costs, Options options, Nanos measured,
+                         const std::function<void(double)>& on_progress) {
   auto simulation = Simulation::create(app, std::move(costs), std::move(options));
   if (!simulation) return simulation.error();
-  (*simulation)->run_for((*simulation)->warm_from() - TimePoint{} + measured);
+  constexpr Nanos kBetweenProgress = std::chrono::seconds{10};  // of virtual time
+  const Nanos whole = (*simulation)->warm_from() - TimePoint{} + measured;
+  for (Nanos done{0}; on_progress && done + kBetweenProgress < whole; done += kBetweenProgress) {
+    (*simulation)->run_for(kBetweenProgress);
+    on_progress(Millis{done + kBetweenProgress} / Millis{whole});
+  }
+  (*simulation)->run_for(whole - ((*simulation)->now() - TimePoint{}));
   if (Status ran = (*simulation)->status(); !ran) return ran.error();
   if (Status finished = (*simulation)->finish(); !finished) return finished.error();
   return (*simulation)->outcome();

@@ -148,6 +148,8 @@ class Simulation {
 };
 
 // A whole simulation: the warm-up, and so much after it. Errors: as create() has.
-Result<Outcome> simulate(const graph::App& app, std::unique_ptr<RunCosts> costs, Options options, Nanos measured);
+// `on_progress`: is told from time to time which part of it is done, from 0 to 1; empty: nobody is.
+Result<Outcome> simulate(const graph::App& app, std::unique_ptr<RunCosts> costs, Options options, Nanos measured,
+                         const std::function<void(double)>& on_progress = {});
 
 }  // namespace ctn::sim

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,6 +37,23 @@ TEST(Simulation, OneSubchainAtAHandSetRate) {
   EXPECT_NEAR(node(outcome, "detect").rate_hz, 50.0, 0.06);
   EXPECT_NEAR(outcome.cores.front().ordinary, 0.65, 0.001);
   EXPECT_EQ(outcome.plans_made, 0U);
+}
+
+TEST(Simulation, TellsHowFarItIsAndIsTheSame) {
+  const graph::App app = parse(kRow);
+  const auto run = [&](const std::function<void(double)>& on_progress) {
+    auto costs = std::make_unique<DrawnCosts>(app, parse_costs(app, kRowCosts), 1);
+    return to_json({{1, *simulate(app, std::move(costs), on_ideal_machine(*policy::make_policy("catan")), seconds{45},
+                                  on_progress)}},
+                   1);
+  };
+  std::vector<double> parts;
+  EXPECT_EQ(run([&](double part) { parts.push_back(part); }), run({}));
+  ASSERT_GE(parts.size(), 4U);
+  EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end()));
+  EXPECT_GT(parts.front(), 0.0);
+  EXPECT_GT(parts.back(), 0.7);
+  EXPECT_LT(parts.back(), 1.0);
 }
 
 // Catan triggers the next run as soon as the last has ended: 13 + 13.

@@ -11,7 +11,6 @@
 #include "config/app_file.h"
 #include "flight/find.h"
 #include "os/linux/descriptor.h"
-#include "runtime/control.h"
 #include "runtime/socket_path.h"
 
 namespace ctn::tool {
@@ -30,21 +29,25 @@ Result<std::string> name_to_find(const std::string& target) {
   return app->name;
 }
 
+runtime::ServerAddress address_of_app(const std::string& app) {
+  return {.sockets = runtime::sockets_of_app(app), .app = app};
+}
+
 }  // namespace
 
-Result<std::vector<std::string>> sockets_of(const std::string& server) {
+Result<runtime::ServerAddress> address_of(const std::string& server) {
   std::error_code unknown;
   const std::filesystem::file_status status = std::filesystem::status(server, unknown);
-  if (std::filesystem::is_socket(status)) return std::vector{server};
+  if (std::filesystem::is_socket(status)) return runtime::ServerAddress{.sockets = {server}};
   if (std::filesystem::is_regular_file(status)) {
     const Result<graph::App> app = config::load_app(server);
     if (!app) return app.error();
-    return runtime::sockets_to_try(app->name);
+    return address_of_app(app->name);
   }
   // The name of an app may have a slash in it.
   const bool is_path =
       server.starts_with('/') || server.starts_with('.') || server.ends_with(".yaml") || server.ends_with(".sock");
-  if (!is_path) return runtime::sockets_to_try(server);
+  if (!is_path) return address_of_app(server);
   return Error::environment(fmt::format("no server answers at {}: there is no such file", printable(server)),
                             "name the server's socket, its app file, or the app");
 }
@@ -53,12 +56,12 @@ Result<std::vector<std::string>> sockets_of(const std::string& server) {
 // right to trace its process.
 Result<flight::Recording> attach(os::Clock& clock, const std::string& target) {
   if (!target.empty() && !is_number(target)) {
-    const Result<std::vector<std::string>> sockets = sockets_of(target);
-    if (!sockets) return sockets.error();
-    const bool listens = std::any_of(sockets->begin(), sockets->end(),
+    const Result<runtime::ServerAddress> server = address_of(target);
+    if (!server) return server.error();
+    const bool listens = std::any_of(server->sockets.begin(), server->sockets.end(),
                                      [](const std::string& path) { return std::filesystem::exists(path); });
     if (listens) {
-      Result<os::Descriptor> memory = runtime::ask_for_flight(clock, *sockets);
+      Result<os::Descriptor> memory = runtime::ask_for_flight(clock, *server);
       // The socket may be left over from a server that was killed, while a session runs the same app.
       if (memory) return flight::Recording::open(std::move(*memory));
       if (std::filesystem::is_socket(target) || memory.error().kind() == ErrorKind::kCaller) return memory.error();

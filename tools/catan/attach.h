@@ -3,17 +3,17 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "base/result.h"
 #include "flight/recording.h"
 #include "os/os.h"
+#include "runtime/control.h"
 
 namespace ctn::tool {
 
-// The sockets on which a server may listen that is named by its socket's path, an app file, or the name of the app.
+// Where to reach a server that is named by its socket's path, an app file, or the name of the app.
 // Errors: a file that is not an app file, a path at which there is no file.
-Result<std::vector<std::string>> sockets_of(const std::string& server);
+Result<runtime::ServerAddress> address_of(const std::string& server);
 
 // The recording of a server (named as above), or of a session, named by its app or the number of its process; an empty
 // target: the only one there is. Errors: there is none, there are several, the server refuses.

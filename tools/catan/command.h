@@ -31,9 +31,11 @@ void note(std::string_view text);
 // Prints on stdout. Whether all of it could be written is checked once, by main.
 void print(std::string_view text);
 
-// For commands that go on while an app runs: from now on a pipe that nobody reads any more does not end the process. It
-// does end programs that this one starts, as usual.
+// For commands that go on while an app runs: from now on a pipe that nobody reads any more does not end the process (it
+// does end programs that this one starts, as usual), and nobody waits for stderr to be read (os/linux/log_output.h).
 void outlive_readers();
+// For main, at the end: waits a moment for what is not read yet.
+void finish_stderr();
 
 // Whether a person with a terminal that shows colours reads what print() writes.
 bool stdout_has_colours();

@@ -21,7 +21,6 @@
 #include "os/cpu_set.h"
 #include "os/linux/linux_os.h"
 #include "runtime/control.h"
-#include "runtime/socket_path.h"
 #include "table.h"
 
 namespace ctn::tool {
@@ -162,9 +161,9 @@ std::string status_page(const Json& status) {
   return text;
 }
 
-Status show_status(os::Os& os, const std::vector<std::string>& sockets, const CtlOptions& options) {
+Status show_status(os::Os& os, const runtime::ServerAddress& server, const CtlOptions& options) {
   if (!options.arguments.empty()) return Error::caller("'status' takes no arguments", "leave them out");
-  const Result<std::string> status = runtime::ask_for_status(os, sockets);
+  const Result<std::string> status = runtime::ask_for_status(os, server);
   if (!status) return status.error();
   if (options.json) {
     print(*status + "\n");
@@ -197,9 +196,9 @@ Status control(const CtlOptions& options) {
     if (!read) return read.error();
     changes = std::move(*read);
   }
-  const Result<std::vector<std::string>> sockets = sockets_of(options.server);
-  if (!sockets) return sockets.error();
-  return asks ? show_status(*os, *sockets, options) : runtime::ask_to_change(*os, *sockets, changes);
+  const Result<runtime::ServerAddress> server = address_of(options.server);
+  if (!server) return server.error();
+  return asks ? show_status(*os, *server, options) : runtime::ask_to_change(*os, *server, changes);
 }
 
 }  // namespace
@@ -219,7 +218,8 @@ void add_ctl_command(CLI::App& cli, int& exit_code) {
       "Only root and the user that the server runs as may do this. A new plan follows at once; the record of the run "
       "and "
       "its\nstatus say what was changed, and the app file stays as it is. What is wrong changes nothing.\n"
-      "Exit code: 0 it is done, 1 no server answers, 2 a mistake, or the server refuses it.");
+      "Exit code: 0 it is done, 1 no server answers, 2 a mistake, or the server refuses it; of dump, no such app "
+      "runs.");
   command
       ->add_option("SERVER", options->server,
                    "Its socket, its app file, or the name of its app; to dump, a process, too")

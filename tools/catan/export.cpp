@@ -2,10 +2,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <chrono>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -21,6 +17,7 @@
 #include "export/csv.h"
 #include "export/output.h"
 #include "export/perfetto.h"
+#include "os/linux/whole_file.h"
 #include "record/reader.h"
 #include "status_line.h"
 
@@ -34,61 +31,6 @@ struct ExportOptions {
   std::string output;
 };
 
-// A new file, which is removed at the end unless it is kept.
-class NewFile {
- public:
-  static Result<std::unique_ptr<NewFile>> create(const std::string& path) {
-    std::FILE* const file = std::fopen(path.c_str(), "wxe");
-    if (file != nullptr) return std::unique_ptr<NewFile>(new NewFile(path, file));
-    if (errno == EEXIST) return Error::caller(path + " exists already", "name a file that does not exist");
-    return Error::environment(fmt::format("{} cannot be made: {}", path, std::strerror(errno)),
-                              "name a file in a folder that exists and that you may write to");
-  }
-  ~NewFile() {
-    if (file_ != nullptr) std::fclose(file_);
-    if (!kept_) std::remove(path_.c_str());
-  }
-  NewFile(const NewFile&) = delete;
-  NewFile& operator=(const NewFile&) = delete;
-
-  Status write(std::string_view bytes) {
-    return std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() ? Status(Done{}) : failure();
-  }
-  Status close() {
-    const int failed = std::fclose(std::exchange(file_, nullptr));
-    return failed == 0 ? Status(Done{}) : failure();
-  }
-  void keep() { kept_ = true; }
-
- private:
-  NewFile(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
-  Error failure() const {
-    return Error::environment(fmt::format("{} cannot be written: {}", path_, std::strerror(errno)),
-                              "make room on the disk");
-  }
-
-  std::string path_;
-  std::FILE* file_;
-  bool kept_ = false;
-};
-
-// Shows the progress of an export that takes long, on a terminal.
-class ProgressLine {
- public:
-  void show(double part) {
-    constexpr std::chrono::milliseconds kBetween{200};
-    const Clock::time_point now = Clock::now();
-    if (now < next_) return;
-    next_ = now + kBetween;
-    line_.show(fmt::format("exported: {:.0f} %", 100.0 * part));
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  StatusLine line_;
-  Clock::time_point next_ = Clock::now() + std::chrono::seconds{2};
-};
-
 using Export = std::function<Status(const exports::Sink&)>;
 
 Status to_stdout(const Export& write) {
@@ -100,20 +42,17 @@ Status to_stdout(const Export& write) {
 
 // Writes all of these files or none.
 Status to_files(const std::vector<std::pair<std::string, Export>>& exports) {
-  std::vector<std::unique_ptr<NewFile>> files;
+  std::vector<std::unique_ptr<os::WholeFile>> files;
   for (const auto& [path, write] : exports) {
-    auto file = NewFile::create(path);
+    auto file = os::WholeFile::create(path, os::WholeFile::Existing::kStays);
     if (!file) return file.error();
     files.push_back(std::move(*file));
   }
   for (std::size_t i = 0; i < files.size(); ++i) {
-    NewFile& file = *files[i];
-    Status done = exports[i].second([&](std::string_view bytes) { return file.write(bytes); });
-    if (done) done = file.close();
-    if (!done) return done;
+    os::WholeFile& file = *files[i];
+    if (Status done = exports[i].second([&](std::string_view bytes) { return file.write(bytes); }); !done) return done;
   }
-  for (const std::unique_ptr<NewFile>& file : files) file->keep();
-  return Done{};
+  return os::WholeFile::finish(files);
 }
 
 Status export_tables(const record::Reader& record, const std::string& folder, ProgressLine& progress) {
@@ -153,7 +92,7 @@ Status export_record(const ExportOptions& options) {
   if (Status done = check(options); !done) return done;
   const auto record = record::Reader::open(options.record);
   if (!record) return record.error();
-  ProgressLine progress;
+  ProgressLine progress("exported");
   const bool csv = options.format == "csv";
   if (csv && options.table.empty()) return export_tables(*record, options.output, progress);
   const Export write = [&](const exports::Sink& sink) {
@@ -188,7 +127,8 @@ void add_export_command(CLI::App& cli, int& exit_code) {
   command->add_option("--table", options->table, "With CSV: write this table alone")
       ->check(CLI::IsMember(std::vector<std::string>(tables.begin(), tables.end())));
   command->add_option("--output", options->output,
-                      "File to write instead of stdout; for several tables, the folder. No file is overwritten");
+                      "File to write instead of stdout; for several tables, the folder. No file is overwritten, and "
+                      "none is there before it is whole");
   command->callback([options, &exit_code] { exit_code = run_export(*options); });
 }
 

@@ -90,23 +90,24 @@ Result<std::string> LiveSource::plan() {
   return (*seen)->timeline.plan();
 }
 
-Result<std::vector<std::string>> LiveSource::sockets() {
+Result<runtime::ServerAddress> LiveSource::server() {
   const bool named = !target_.empty() && target_.find_first_not_of("0123456789") != std::string::npos;
-  if (named) return sockets_of(target_);
+  if (named) return address_of(target_);
   const std::lock_guard lock(mutex_);
   const Result<Watched*> seen = watched();
   if (!seen) return seen.error();
-  return runtime::sockets_to_try((*seen)->app.recording().app().name);
+  const std::string& app = (*seen)->app.recording().app().name;
+  return runtime::ServerAddress{.sockets = runtime::sockets_of_app(app), .app = app};
 }
 
 Result<std::string> LiveSource::snapshot() {
-  const Result<std::vector<std::string>> at = sockets();
+  const Result<runtime::ServerAddress> at = server();
   if (!at) return at.error();
   return runtime::ask_for_status(os_, *at);
 }
 
 Status LiveSource::change(const Changes& changes) {
-  const Result<std::vector<std::string>> at = sockets();
+  const Result<runtime::ServerAddress> at = server();
   if (!at) return at.error();
   return runtime::ask_to_change(os_, *at, changes);
 }

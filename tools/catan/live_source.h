@@ -53,7 +53,7 @@ class LiveSource final : public web::Source {
   Result<Watched*> watched();
   // Precondition: mutex_ is locked.
   void look_for_app(TimePoint now);
-  Result<std::vector<std::string>> sockets();
+  Result<runtime::ServerAddress> server();
 
   os::Os& os_;
   const std::string target_;

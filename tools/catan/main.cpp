@@ -89,10 +89,12 @@ int run(int argc, char** argv) {
 }  // namespace ctn::tool
 
 int main(int argc, char** argv) {
+  int exit_code = ctn::tool::kFailure;
   try {
-    return ctn::tool::run(argc, argv);
+    exit_code = ctn::tool::run(argc, argv);
   } catch (const std::exception& exception) {
     ctn::tool::note(fmt::format("this is a bug in catan: {}", exception.what()));
-    return ctn::tool::kFailure;
   }
+  ctn::tool::finish_stderr();
+  return exit_code;
 }

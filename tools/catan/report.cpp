@@ -1,4 +1,5 @@
 // catan report: shows the results of a run from its record.
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "report/metrics.h"
 #include "report/text.h"
 #include "report_page.h"
+#include "status_line.h"
 #include "why/json.h"
 #include "why/why.h"
 #include "why_text.h"
@@ -28,23 +30,27 @@ struct ReportOptions {
   std::size_t worst = 5;
 };
 
-int why_late(const record::Reader& record, const ReportOptions& options) {
+int why_late(const record::Reader& record, const ReportOptions& options, ProgressLine& progress) {
   const auto term = why::find_chain(record.app(), options.why);
   if (!term) return report_error(term.error());
   const auto analysis = why::analyse(record, *term, {.worst = options.worst, .whole = options.all});
   if (!analysis) return report_error(analysis.error());
+  progress.end();
   const TimePoint started = record.header().started;
   print(options.json ? why::to_json(*analysis, record.app(), started) : why_text(*analysis, record.app(), started));
   return kSuccess;
 }
 
 int report(const ReportOptions& options) {
-  const auto record = record::Reader::open(options.record);
+  auto record = record::Reader::open(options.record);
   if (!record) return report_error(record.error());
-  if (!options.why.empty()) return why_late(*record, options);
+  ProgressLine progress("read");
+  record->on_progress([&progress](std::uint64_t events) { progress.show_count(events); });
+  if (!options.why.empty()) return why_late(*record, options, progress);
   if (options.html) return report_page(*record, options.record, options.page, options.all);
   const auto metrics = report::measure(*record, {.whole = options.all, .worst = 0});
   if (!metrics) return report_error(metrics.error());
+  progress.end();
   print(options.json ? report::to_json(*metrics) : report::to_text(*metrics));
   return kSuccess;
 }

@@ -26,6 +26,7 @@
 #include "sim_sweep.h"
 #include "sim_text.h"
 #include "sim_validate.h"
+#include "status_line.h"
 
 namespace ctn::tool {
 namespace {
@@ -119,9 +120,9 @@ struct Simulated {
   int cores = 1;
 };
 
-// All runs of one app, on so many threads.
+// All runs of one app, on so many threads. `on_progress`: is called from any of them, one at a time.
 Result<Simulated> simulate_app(const SimOptions& options, const std::string& app_file, const std::string& cost_file,
-                               std::size_t threads) {
+                               std::size_t threads, const std::function<void(double)>& on_progress = {}) {
   const auto app = config::load_app(app_file);
   if (!app) return app.error();
   auto chosen = simulation_options(options, *app);
@@ -135,11 +136,17 @@ Result<Simulated> simulate_app(const SimOptions& options, const std::string& app
   }
 
   std::vector<std::optional<Result<sim::Outcome>>> outcomes(static_cast<std::size_t>(options.runs));
+  std::function<void(double)> of_the_run;
+  if (on_progress && outcomes.size() == 1) of_the_run = on_progress;
+  sim::Progress ended([&](std::size_t count) {
+    if (on_progress) on_progress(static_cast<double>(count) / static_cast<double>(outcomes.size()));
+  });
   sim::for_each_in_parallel(outcomes.size(), threads, [&](std::size_t index) {
     sim::Options of_run = *chosen;
     of_run.clocks = {.seed = options.seed + index, .drift_ppm = options.drift};
     outcomes[index] = sim::simulate(*app, costs->make(options.seed + index), std::move(of_run),
-                                    to_nanos(Millis{options.seconds * 1000.0}));
+                                    to_nanos(Millis{options.seconds * 1000.0}), of_the_run);
+    ended.add();
   });
   Simulated simulated{.runs = {}, .cores = chosen->machine.cores};
   for (std::size_t index = 0; index < outcomes.size(); ++index) {
@@ -150,7 +157,10 @@ Result<Simulated> simulate_app(const SimOptions& options, const std::string& app
 }
 
 int simulate_all(const SimOptions& options) {
-  const auto simulated = simulate_app(options, options.app, options.costs, options.threads);
+  ProgressLine progress("simulated");
+  const auto simulated = simulate_app(options, options.app, options.costs, options.threads,
+                                      [&progress](double part) { progress.show(part); });
+  progress.end();
   if (!simulated) return report_error(simulated.error());
   const auto& [runs, cores] = *simulated;
   print(options.json ? sim::to_json(runs, cores) : sim_text(runs, cores));
@@ -199,7 +209,9 @@ int sweep_all(const SimOptions& options) {
 }
 
 int validate(const SimOptions& options) {
-  const auto validation = validate_against(options.validated);
+  ProgressLine progress("simulated");
+  const auto validation = validate_against(options.validated, [&progress](double part) { progress.show(part); });
+  progress.end();
   if (!validation) return report_error(validation.error());
   print(options.json ? validation->json : validation->text);
   return kSuccess;

@@ -128,7 +128,7 @@ std::vector<sim::BackgroundLoad> background_of(const record::Reader& record) {
 }
 
 Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<const sim::RecordedRuns> runs,
-                              double measured_s) {
+                              double measured_s, const std::function<void(double)>& on_progress) {
   const record::Header& header = record.header();
   sim::Options options;
   auto plans = plans_of(record);
@@ -151,7 +151,8 @@ Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<cons
   options.phases = std::move(*phases);
   auto costs = std::make_unique<sim::RecordedCosts>(
       record.app(), std::move(runs), sim::RecordedCosts::Order::kAsRecorded, 1, options.machine.costs.mean_run());
-  return sim::simulate(record.app(), std::move(costs), std::move(options), to_nanos(Millis{measured_s * 1000.0}));
+  return sim::simulate(record.app(), std::move(costs), std::move(options), to_nanos(Millis{measured_s * 1000.0}),
+                       on_progress);
 }
 
 void add_rows(Table& table, const std::string& path, const char* metric, const Summary& real,
@@ -178,19 +179,20 @@ Json json_of(const Summary& real, const Summary& simulated) {
 
 }  // namespace
 
-Result<Validation> validate_against(const std::string& path) {
+Result<Validation> validate_against(const std::string& path, const std::function<void(double)>& on_progress) {
   const auto record = record::Reader::open(path);
   if (!record) return record.error();
   const auto real = report::measure(*record);
   if (!real) return real.error();
   const auto runs = sim::RecordedRuns::read(*record, record->app());
   if (!runs) return runs.error();
-  const auto simulated = simulate(*record, std::make_shared<const sim::RecordedRuns>(*runs), real->measured_s);
+  const auto simulated =
+      simulate(*record, std::make_shared<const sim::RecordedRuns>(*runs), real->measured_s, on_progress);
   if (!simulated) return simulated.error();
 
   Table table({"chain", "in ms", "mean", "", "p50", "", "p95", "", "p99", ""});
   Json chains = Json::array();
-  double worst = 0.0;  // of p50 and p95 of response times
+  std::optional<double> worst;  // of p50 and p95 of response times; none: nothing was measured, or simulated
   for (std::size_t i = 0; i < real->chains.size(); ++i) {
     const report::ChainMetrics& there = real->chains[i];
     const sim::ChainOutcome& here = simulated->chains[i];
@@ -202,7 +204,8 @@ Result<Validation> validate_against(const std::string& path) {
                       {"latency_ms", json_of(there.latency_ms, here.latency_ms)},
                       {"period_ms", json_of(there.period_ms, here.period_ms)}});
     for (const SummaryFigure& figure : {kFigures[1], kFigures[2]}) {
-      worst = std::max(worst, std::abs(error_of(there.response_ms, here.response_ms, figure).value_or(0.0)));
+      const auto error = error_of(there.response_ms, here.response_ms, figure);
+      if (error) worst = std::max(worst.value_or(0.0), std::abs(*error));
     }
   }
   Table nodes({"node", "Hz", "simulated", ""});
@@ -221,16 +224,16 @@ Result<Validation> validate_against(const std::string& path) {
   Validation result;
   result.text = fmt::format(
       "{} under {} on {} cores, {:.1f} s: measured / simulated, and the error\n\n{}\n{}\n"
-      "Worst error of a p50 or p95 of response times: {:.1f} %\n",
+      "Worst error of a p50 or p95 of response times: {}\n",
       real->app, real->header.scheduler, real->header.cpus.size(), real->measured_s, table.text(), nodes.text(),
-      worst * 100.0);
+      worst ? fmt::format("{:.1f} %", *worst * 100.0) : "none, as none was measured");
   const Json json{{"app", real->app},
                   {"scheduler", real->header.scheduler},
                   {"cores", real->header.cpus.size()},
                   {"measured_s", real->measured_s},
                   {"chains", chains},
                   {"nodes", node_list},
-                  {"worst_response_error", worst}};
+                  {"worst_response_error", worst ? Json(*worst) : Json(nullptr)}};
   result.json = json.dump(2) + "\n";
   return result;
 }

@@ -4,6 +4,7 @@
 // Thread safety: pure, but for reading the record.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "base/result.h"
@@ -16,6 +17,7 @@ struct Validation {
 };
 
 // Errors: those of the reader, a record without runs, plans that cannot be read.
-Result<Validation> validate_against(const std::string& record);
+// `on_progress`: is told which part of the run is simulated.
+Result<Validation> validate_against(const std::string& record, const std::function<void(double)>& on_progress);
 
 }  // namespace ctn::tool

@@ -54,6 +54,27 @@ void StatusLine::show(const std::string& line) const {
   }
 }
 
+bool ProgressLine::is_due() {
+  constexpr std::chrono::milliseconds kBetween{200};
+  const auto now = std::chrono::steady_clock::now();
+  if (!line_.shown() || now < next_) return false;
+  next_ = now + kBetween;
+  return true;
+}
+
+void ProgressLine::show(double part) {
+  if (is_due()) line_.show(fmt::format("{}: {:.0f} %", what_, 100.0 * part));
+}
+
+void ProgressLine::end() {
+  next_ = std::chrono::steady_clock::time_point::max();
+  line_.show({});
+}
+
+void ProgressLine::show_count(std::uint64_t count) {
+  if (is_due()) line_.show(fmt::format("{}: {} events", what_, count));
+}
+
 std::string status_text(const Snapshot& snapshot, double measured_s, std::optional<double> seconds) {
   if (!snapshot.warmed_up) return "warming up";
   std::string line = fmt::format("{:.1f} s", measured_s);

@@ -179,7 +179,8 @@ void add_top_command(CLI::App& cli, int& exit_code) {
       "  catan top robot --once           prints once, after a second; --once --json for programs\n"
       "Keys: up, down and Enter open a chain; s, S sort subchains; p pauses; h says more; q ends it.\n"
       "The app does not notice that it is watched. docs/top.md explains all figures.\n"
-      "Exit code: 0 the app was shown, 1 there is no such app, or it cannot be watched, 2 a mistake.");
+      "Exit code: 0 the app was shown, 1 failure at run time, as where it cannot be watched, 2 no such app runs, or a "
+      "mistake.");
   command->add_option("TARGET", options->target,
                       "A server's socket, an app file, the name of an app, or the number of a process");
   CLI::Option* once =

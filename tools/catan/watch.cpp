@@ -110,12 +110,12 @@ void Watcher::look() {
   if (options_.on_late.empty()) return;
   recording_.read_new(late_);
   const TimePoint now = os_.now();
+  left_out_ += late_.take_count();
   if (const std::optional<flight::LateResponse> late = late_.take()) {
-    if (pending_ || now < quiet_until_ || saved_ >= options_.at_most) {
-      ++left_out_;
-    } else {
+    if (!pending_ && now >= quiet_until_ && saved_ < options_.at_most) {
       pending_ = late;
       save_at_ = now + kAfterwards;
+      --left_out_;
     }
   }
   if (pending_ && now >= save_at_) save_late();
@@ -251,7 +251,7 @@ void add_watch_command(CLI::App& cli, int& exit_code) {
       "killed\n"
       "catan serve always starts catan watch, and catan run where --on-late asks for it. It ends with the app, and\n"
       "costs the app nothing: it only reads what the app keeps in memory. docs/flight-recorder.md says more.\n"
-      "Exit code: 0 the app or the watch has ended, 1 no such app, or a failure at run time, 2 a mistake.");
+      "Exit code: 0 the app or the watch has ended, 1 failure at run time, 2 no such app runs, or a mistake.");
   command->add_option("TARGET", options->target, "An app's name or file, a server's socket, or a process");
   command->add_flag("--since-start", options->since_start)->group("");
   options->of.add_to(*command);

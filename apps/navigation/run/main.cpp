@@ -43,7 +43,7 @@ Result<Outcome> drive_once(const Options& options, const std::shared_ptr<Detecto
   if (options.virtual_time) {
     return run_virtually(options, *world, detector, {.signal = program::signal_so_far, .show = show});
   }
-  const auto notice = [](const std::string& text) { fmt::print(stderr, "navigation: {}\n", text); };
+  const auto notice = [](const std::string& text) { program::note(kProgram, text); };
   return run_live(options, *world, detector, {program::signal_so_far, show, notice});
 }
 

@@ -23,7 +23,8 @@ cv::Mat picture_of(std::vector<std::uint8_t>& pixels, const CameraModel& camera)
 
 }  // namespace
 
-Status draw_album(const Options& options, const Surroundings& surroundings, const std::vector<Photon>& photons) {
+Status draw_album(const Options& options, const Surroundings& surroundings, const std::vector<Photon>& photons,
+                  const std::function<bool()>& ends) {
   std::error_code error;
   std::filesystem::create_directories(options.pictures, error);
   if (error) {
@@ -36,6 +37,7 @@ Status draw_album(const Options& options, const Surroundings& surroundings, cons
   std::chrono::seconds next(0);
   for (const Photon& photon : photons) {
     if (photon.tick < next) continue;
+    if (ends()) break;
     const auto second = std::chrono::floor<std::chrono::seconds>(photon.tick);
     next = second + std::chrono::seconds(1);
     drawing::Frame frame;

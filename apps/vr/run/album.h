@@ -4,6 +4,7 @@
 // Thread safety: one thread.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "catan/result.h"
@@ -15,6 +16,8 @@ namespace ctn::vr::run {
 
 // Makes the folder, and writes `second-0007.png`: left what is seen, right what is true, where that is known. Errors
 // (kEnvironment): one cannot be written; as DrawingParts::open().
-Status draw_album(const Options& options, const Surroundings& surroundings, const std::vector<Photon>& photons);
+// `ends` is asked before each: where it says so, the rest is left out.
+Status draw_album(const Options& options, const Surroundings& surroundings, const std::vector<Photon>& photons,
+                  const std::function<bool()>& ends);
 
 }  // namespace ctn::vr::run

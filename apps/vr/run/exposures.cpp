@@ -122,9 +122,15 @@ std::vector<nanoseconds> exposure_times(const Surroundings& surroundings, const 
 }
 
 std::optional<Clock> clock_of(const std::vector<world::PictureFile>& pictures) {
-  if (pictures.size() < 2) return std::nullopt;
+  std::vector<double> times;
+  for (const world::PictureFile& picture : pictures) times.push_back(picture.time);
+  return clock_of(times);
+}
+
+std::optional<Clock> clock_of(const std::vector<double>& times) {
+  if (times.size() < 2) return std::nullopt;
   std::vector<double> distances;
-  for (std::size_t i = 1; i < pictures.size(); ++i) distances.push_back(pictures[i].time - pictures[i - 1].time);
+  for (std::size_t i = 1; i < times.size(); ++i) distances.push_back(times[i] - times[i - 1]);
   std::vector<double> sorted = distances;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
   std::nth_element(sorted.begin(), middle, sorted.end());
@@ -133,17 +139,17 @@ std::optional<Clock> clock_of(const std::vector<world::PictureFile>& pictures) {
   for (const double distance : distances) {
     numbers.push_back(numbers.back() + std::max(1.0, std::round(distance / *middle)));
   }
-  const auto count = static_cast<double>(pictures.size());
+  const auto count = static_cast<double>(times.size());
   double mean_number = 0.0;
   double mean_time = 0.0;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
+  for (std::size_t i = 0; i < times.size(); ++i) {
     mean_number += numbers[i] / count;
-    mean_time += pictures[i].time / count;
+    mean_time += times[i] / count;
   }
   double products = 0.0;
   double squares = 0.0;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    products += (numbers[i] - mean_number) * (pictures[i].time - mean_time);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    products += (numbers[i] - mean_number) * (times[i] - mean_time);
     squares += (numbers[i] - mean_number) * (numbers[i] - mean_number);
   }
   const double period = products / squares;
@@ -152,7 +158,7 @@ std::optional<Clock> clock_of(const std::vector<world::PictureFile>& pictures) {
 }
 
 Result<std::unique_ptr<Exposures>> ready_exposures(const Surroundings& surroundings, const Clock& clock,
-                                                   nanoseconds end) {
+                                                   nanoseconds end, const std::function<bool()>& ends) {
   const bool recorded = !surroundings.pictures().empty();
   const std::vector<nanoseconds> times = exposure_times(surroundings, clock, end);
   const CameraModel& camera = surroundings.camera();
@@ -169,6 +175,7 @@ Result<std::unique_ptr<Exposures>> ready_exposures(const Surroundings& surroundi
   }
   std::vector<Exposure> exposures;
   for (std::size_t index = 0; index < times.size(); ++index) {
+    if (ends && ends()) break;
     auto picture =
         recorded ? read_picture(surroundings.pictures()[index].path) : draw(*view, surroundings, times[index]);
     if (!picture) return picture.error();

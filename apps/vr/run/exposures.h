@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,10 +45,14 @@ std::vector<std::chrono::nanoseconds> exposure_times(const Surroundings& surroun
 // The clock that a data set's pictures keep to, by their time stamps: it passes over pictures that were lost. None:
 // there are fewer than two pictures.
 std::optional<Clock> clock_of(const std::vector<world::PictureFile>& pictures);
+// The same of whatever has these time stamps, in seconds.
+std::optional<Clock> clock_of(const std::vector<double>& times);
 
-// Those of exposure_times(), all of them in memory before the run begins.
+// Those of exposure_times(), all of them in memory before the run begins. `ends` is asked before each picture: where it
+// says so, the rest is left out; empty: none is.
 // Errors: as above; more than there is room for (kCaller).
 Result<std::unique_ptr<Exposures>> ready_exposures(const Surroundings& surroundings, const Clock& clock,
-                                                   std::chrono::nanoseconds end);
+                                                   std::chrono::nanoseconds end,
+                                                   const std::function<bool()>& ends = {});
 
 }  // namespace ctn::vr::run

@@ -20,12 +20,17 @@ std::string bound(double ms, int periods, const Options& options) {
   return fmt::format("{}ms", std::round(ms + periods * (1e3 / options.hz - kPeriod)));
 }
 
+std::string inertial_unit_of(const Options& options) {
+  if (!options.recorded_samples) return "  IMU: { unscheduled: true, period: 5ms }    # 200 Hz\n";
+  const std::chrono::nanoseconds period = *options.recorded_samples;
+  return fmt::format("  IMU: {{ unscheduled: true, period: {}ns }}   # {:.4g} Hz\n", period.count(),
+                     1.0 / in_seconds(period));
+}
+
 std::string nodes_of(const Options& options, bool paced) {
   const std::string rate = fmt::format("{}Hz", options.hz);
-  std::string text = R"(nodes:
-  IMU: { unscheduled: true, period: 5ms }    # 200 Hz
-  Int: { unscheduled: true }                 # the integrator follows the IMU
-)";
+  std::string text = "nodes:\n" + inertial_unit_of(options) +
+                     "  Int: { unscheduled: true }                 # the integrator follows the IMU\n";
   if (has_camera_clock(options)) {
     text += fmt::format(R"(  {0}: {{ external: true, period: {1}ns }}   # the camera's own clock
   Camera: {{ max_rate: {3}Hz, fallback_rate: {2:.6g}Hz }}
@@ -62,6 +67,8 @@ std::chrono::nanoseconds camera_period(const Options& options) {
   if (options.recorded) return options.recorded->period;
   return std::chrono::nanoseconds(std::llround(1e9 / options.camera_hz.value_or(kDatasetHz)));
 }
+
+std::chrono::nanoseconds sample_period(const Options& options) { return options.recorded_samples.value_or(kImuPeriod); }
 
 std::string app_text(const Options& options) {
   const bool paced = options.scheduler == "pacer";

@@ -26,15 +26,19 @@ constexpr std::chrono::seconds kMayBeginLate(10);
 Result<Outcome> run_live(const Options& options, const Watch& watch) {
   const DrawnClocks clocks = clocks_of(options);
   // Runs of IMU, by the session's timer: each takes a sample that is there already.
-  const Clock samples{kSampleLead, kImuPeriod};
+  const Clock samples{kSampleLead, sample_period(options)};
   const auto surroundings = Surroundings::make(options, samples.period);
   if (!surroundings) return surroundings.error();
   const nanoseconds asked(std::llround(options.seconds * 1e9));
   const nanoseconds end = std::min(asked, (*surroundings)->end());
   const Clock ready =
       options.camera_hz ? clocks.exposures : Clock{nanoseconds(0), nanoseconds(std::llround(1e9 / kReadyHz))};
-  const auto exposures = ready_exposures(**surroundings, ready, end);
+  const auto exposures = ready_exposures(**surroundings, ready, end, watch.ends());
   if (!exposures) return exposures.error();
+  Outcome outcome;
+  outcome.options = options;
+  if (watch.signal) outcome.signal = watch.signal();
+  if (outcome.signal != 0) return outcome;
   auto drawing = DrawingParts::open(**surroundings, options);
   if (!drawing) return drawing.error();
 
@@ -47,8 +51,6 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
   program::CostMeter meter(options.slowdown, counted_from(end));
   nodes.attach(*session, meter);
 
-  Outcome outcome;
-  outcome.options = options;
   headset.start([&session](const char* node, std::chrono::steady_clock::time_point tick) {
     static_cast<void>(session->tick(node, tick));  // an app file without this clock has none
   });
@@ -73,8 +75,9 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
                 costs_of_tracking(happened));
   outcome.display_thread = headset.use();
   outcome.took_seconds = in_seconds(headset.now());
-  if (!options.pictures.empty()) {
-    if (Status drawn = draw_album(options, **surroundings, happened.photons); !drawn) return drawn.error();
+  if (!options.pictures.empty() && outcome.signal == 0) {
+    if (Status drawn = draw_album(options, **surroundings, happened.photons, watch.ends()); !drawn)
+      return drawn.error();
   }
   return outcome;
 }

@@ -30,7 +30,7 @@ Result<Outcome> run_once(const Options& options, StatusLine& status) {
   Watch watch;
   watch.signal = program::signal_so_far;
   watch.show = [&status](std::chrono::nanoseconds at) { status.show(fmt::format("{:6.1f} s", in_seconds(at))); };
-  watch.notice = [](const std::string& text) { fmt::print(stderr, "vr: {}\n", text); };
+  watch.notice = [](const std::string& text) { program::note(kProgram, text); };
   return options.virtual_time ? run_virtually(options, watch) : run_live(options, watch);
 }
 

@@ -40,9 +40,10 @@ struct Options {
   program::Calibration calibration;  // that of the file, once it is read
   std::string dataset;               // folder; empty: the simulated headset
   std::optional<Clock> recorded;     // that its pictures keep to, since the first inertial sample, once they are read
-  std::string record;                // empty: none
-  std::string app_file;              // empty: made for these options
-  std::string pictures;              // folder; empty: none
+  std::optional<std::chrono::nanoseconds> recorded_samples;  // period of its inertial samples, likewise
+  std::string record;                                        // empty: none
+  std::string app_file;                                      // empty: made for these options
+  std::string pictures;                                      // folder; empty: none
   int runs = 1;
   std::string out;  // folder of a batch's outcomes; empty: they are not kept
   bool json = false;

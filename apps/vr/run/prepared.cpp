@@ -20,6 +20,9 @@ Status read_dataset(Options& options) {
   const auto dataset = world::read_euroc(options.dataset);
   if (!dataset) return dataset.error();
   options.recorded = clock_of(dataset->pictures);
+  std::vector<double> samples;
+  for (const ImuSample& sample : dataset->imu) samples.push_back(sample.time);
+  if (const auto clock = clock_of(samples)) options.recorded_samples = clock->period;
   std::vector<std::string> files = dataset->files;
   for (const world::PictureFile& picture : dataset->pictures) {
     // The others are not looked at, and a whole data set is a gigabyte.

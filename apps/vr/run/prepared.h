@@ -24,7 +24,7 @@ class Prepared {
   // Errors: an app file that cannot be made; a calibration or a data set that cannot be read.
   static Result<Prepared> make(const Options& options);
 
-  // With the app file, fingerprints of what runs depend on, and the clock of a data set's pictures.
+  // With the app file, fingerprints of what runs depend on, and the clocks of a data set's pictures and samples.
   const Options& options() const { return options_; }
 
   // The options to run with; or the run that was to measure, where a signal has ended it. `options` are options() with

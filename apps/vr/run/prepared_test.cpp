@@ -54,6 +54,22 @@ TEST_F(PreparedWithADataSet, ItsFilesAreAmongTheInputs) {
   EXPECT_EQ(fingerprint(), last) << "no run of a second sees it";
 }
 
+// Guards: the inertial unit was taken for one of 200 Hz, so that the floors of its chains were wrong.
+TEST_F(PreparedWithADataSet, TheInertialUnitsRateIsThatOfItsSamples) {
+  EXPECT_EQ(prepared().recorded_samples, 5ms);
+  std::string samples;
+  for (int i = 0; i <= 300; ++i) {
+    if (i == 7) continue;  // one was lost
+    samples += std::to_string(1403715273262142976 + i * 10'000'000LL) + ",0,0,0,9.81,0,0\n";
+  }
+  dataset_.write("imu0/data.csv", samples);
+  const Options options = prepared();
+  EXPECT_EQ(options.recorded_samples, 10ms);
+  EXPECT_NE(app_.find("IMU: { unscheduled: true, period: 10000000ns }   # 100 Hz"), std::string::npos) << app_;
+  EXPECT_EQ(clocks_of(options).samples.period, 10ms);
+  EXPECT_EQ(clocks_as_in_life(options).samples.first, 10ms);
+}
+
 TEST_F(PreparedWithADataSet, TheCamerasClockIsThatOfItsPictures) {
   const Options options = prepared();
   EXPECT_NE(app_.find("exposure: { external: true, period: 40000000ns }"), std::string::npos) << app_;

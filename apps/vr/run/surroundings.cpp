@@ -25,6 +25,26 @@ CameraModel simulated_camera() {
   return camera;
 }
 
+// What is true at the first inertial sample, or when it is known first after that. The truth may have been recorded
+// earlier, when the head was elsewhere. Nothing: it was known before alone.
+std::optional<State> first_state(const std::vector<State>& truth) {
+  const auto after = std::find_if(truth.begin(), truth.end(), [](const State& state) { return state.time >= 0.0; });
+  if (after == truth.end()) return std::nullopt;
+  if (after == truth.begin() || after->time == 0.0) return *after;
+  const State& before = *(after - 1);
+  const double part = -before.time / (after->time - before.time);
+  const auto between = [part](const Eigen::Vector3d& one, const Eigen::Vector3d& other) -> Eigen::Vector3d {
+    return one + part * (other - one);
+  };
+  State state;
+  state.pose.orientation = before.pose.orientation.slerp(part, after->pose.orientation);
+  state.pose.position = between(before.pose.position, after->pose.position);
+  state.velocity = between(before.velocity, after->velocity);
+  state.gyro_bias = between(before.gyro_bias, after->gyro_bias);
+  state.accelerometer_bias = between(before.accelerometer_bias, after->accelerometer_bias);
+  return state;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<const Surroundings>> Surroundings::make(const Options& options, nanoseconds imu_period) {
@@ -63,13 +83,13 @@ Status Surroundings::read(const Options& options) {
   recorded_ = std::move(euroc->imu);
   pictures_ = std::move(euroc->pictures);
   if (euroc->truth.size() < 2) return Done{};
+  start_ = first_state(euroc->truth);
   // Its first place is in the middle of the room.
-  State first = euroc->truth.front();
-  const Eigen::Vector3d offset = Eigen::Vector3d(0.0, 0.0, kHeight) - first.pose.position;
+  const Eigen::Vector3d first = (start_ ? *start_ : euroc->truth.front()).pose.position;
+  const Eigen::Vector3d offset = Eigen::Vector3d(0.0, 0.0, kHeight) - first;
   trajectory_ = std::make_unique<world::RecordedTrajectory>(world::poses_of(euroc->truth), offset);
-  trajectory_begins_ = first.time;
-  first.pose.position += offset;
-  start_ = first;
+  trajectory_begins_ = euroc->truth.front().time;
+  if (start_) start_->pose.position += offset;
   return Done{};
 }
 

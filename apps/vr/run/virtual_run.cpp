@@ -95,7 +95,7 @@ DrawnClocks clocks_of(const Options& options) {
   program::Draws draws(options.seed, kClockDraws);
   DrawnClocks clocks;
   const bool recorded = !options.dataset.empty();
-  clocks.samples = drawn(draws, kImuPeriod, recorded ? 0.0 : options.drift_ppm);
+  clocks.samples = drawn(draws, sample_period(options), recorded ? 0.0 : options.drift_ppm);
   clocks.display = drawn(draws, options.display_period(), options.drift_ppm);
   clocks.exposures = options.recorded ? in_time_of(*options.recorded, clocks.samples.first)
                                       : drawn(draws, camera_period(options), options.drift_ppm);
@@ -104,12 +104,13 @@ DrawnClocks clocks_of(const Options& options) {
 
 DrawnClocks clocks_as_in_life(const Options& options) {
   DrawnClocks clocks = clocks_of(options);
-  clocks.samples = {kImuPeriod, kImuPeriod};
-  clocks.display.first += kImuPeriod - kSampleLead;
+  const nanoseconds period = sample_period(options);
+  clocks.samples = {period, period};
+  clocks.display.first += period - kSampleLead;
   if (options.recorded) {
     clocks.exposures = in_time_of(*options.recorded, clocks.samples.first);
   } else {
-    clocks.exposures.first += kImuPeriod - kSampleLead;
+    clocks.exposures.first += period - kSampleLead;
   }
   return clocks;
 }
@@ -148,8 +149,10 @@ Result<Outcome> run_virtually(const Options& options, const Watch& watch) {
   Clocks sources{since(clocks.samples, begin), since(clocks.display, begin)};
   if (options.camera_hz) sources.exposures = since(clocks.exposures, begin);
   add_responses(outcome, sources, costs_of_tracking(happened));
-  if (!options.pictures.empty()) {
-    if (Status drawn_all = draw_album(options, **surroundings, happened.photons); !drawn_all) return drawn_all.error();
+  if (!options.pictures.empty() && outcome.signal == 0) {
+    if (Status drawn_all = draw_album(options, **surroundings, happened.photons, watch.ends()); !drawn_all) {
+      return drawn_all.error();
+    }
   }
   outcome.took_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return outcome;

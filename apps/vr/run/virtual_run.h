@@ -20,6 +20,11 @@ struct Watch {
   std::function<void(const std::string&)> notice;  // of a session
   std::chrono::nanoseconds step                    // of virtual time; changes nothing in the outcome
       = std::chrono::milliseconds(500);
+
+  // Whether it is to end early.
+  std::function<bool()> ends() const {
+    return [this] { return signal && signal() != 0; };
+  }
 };
 
 // `options.app_file` is set. Errors: as Simulation::open(), Surroundings::make() and drawn_exposures(); pictures that

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -92,6 +93,17 @@ TEST_F(VirtualRun, ACameraWithItsOwnRateGivesNoPictureTwice) {
   EXPECT_NEAR(figure(outcome, "vio_hz"), 10.0, 0.2);
   EXPECT_GT(figure(outcome, "floor_ms C"), 100.0) << "the camera's period";
   EXPECT_LT(figure(outcome, "floor_ms C"), 160.0);
+}
+
+TEST_F(VirtualRun, OneThatIsInterruptedHasNoAlbum) {
+  Options options = short_run("default", 1);
+  options.pictures = folder_->file("album");
+  Watch watch;
+  watch.signal = [] { return 2; };
+  const auto outcome = run_virtually(options, watch);
+  ASSERT_TRUE(outcome.ok()) << outcome.error().message();
+  EXPECT_EQ(outcome->signal, 2);
+  EXPECT_FALSE(std::filesystem::exists(options.pictures));
 }
 
 TEST(DrawnClocks, AreInLifeThoseThatFollowFromTheSessionsStart) {

@@ -24,6 +24,7 @@
 #include "os/linux/kernel_calls.h"
 #include "os/linux/monitored_thread.h"
 #include "os/linux/process.h"
+#include "os/thread_limit.h"
 
 namespace ctn::os {
 namespace {
@@ -200,13 +201,11 @@ void LinuxGuardian::forget(ThreadId thread) {
 
 }  // namespace
 
-Result<std::unique_ptr<Guardian>> start_guardian(const LinuxRoots& roots) try {
+Result<std::unique_ptr<Guardian>> start_guardian(const LinuxRoots& roots) {
   auto guardian = std::make_unique<LinuxGuardian>(roots);
-  if (Status started = guardian->start(); !started.ok()) return started.error();
+  const Status started = within_thread_limit([&guardian] { return guardian->start(); });
+  if (!started.ok()) return started.error();
   return std::unique_ptr<Guardian>(std::move(guardian));
-} catch (const std::system_error& no_thread) {
-  return cannot_start_guardian(no_thread.code().value(),
-                               "raise the limit of threads (`ulimit -u`, or the control group's)");
 }
 
 }  // namespace ctn::os
