@@ -67,6 +67,7 @@ std::vector<PlanNews::Notice> PlanNews::in_force(const plan::Plan& plan) {
   }
   tell_assumed(plan, notices);
   tell_relaxed(plan, notices);
+  tell_above_promise(plan, notices);
   return notices;
 }
 
@@ -90,6 +91,31 @@ void PlanNews::tell_relaxed(const plan::Plan& plan, std::vector<Notice>& notices
       {"relaxed",
        fmt::format("not all bounds can be kept; they are relaxed by a factor of {:.3g}{}: {}", plan.relax_factor,
                    plan.assumed.empty() ? "" : " (some compute times are assumed)", joined(texts))});
+}
+
+// Of those that come and go each is told once, until there is none.
+void PlanNews::tell_above_promise(const plan::Plan& plan, std::vector<Notice>& notices) {
+  const std::vector<std::size_t> now = plan::chains_above_promise(plan);
+  if (now.empty()) {
+    if (!above_promise_.empty()) {
+      notices.push_back({"above-promise", "no chain is expected to take longer than it is promised any more"});
+    }
+    above_promise_.clear();
+    return;
+  }
+  std::vector<std::string> texts;
+  bool more = false;
+  for (const std::size_t chain : now) {
+    texts.push_back(fmt::format("{}: {:.4g} ms, not {:.4g} ms", app_.graph.path_name(plan.chains[chain].path),
+                                plan.expected->chains[chain].response.count(), plan.chains[chain].response.count()));
+    if (std::find(above_promise_.begin(), above_promise_.end(), chain) != above_promise_.end()) continue;
+    above_promise_.push_back(chain);
+    more = true;
+  }
+  if (!more) return;
+  notices.push_back({"above-promise", fmt::format("expected to take longer than promised, since what load unscheduled "
+                                                  "nodes are is in no promise: {}",
+                                                  joined(texts))});
 }
 
 void PlanNews::tell_lower_guess(const plan::Plan& plan, std::vector<Notice>& notices) {

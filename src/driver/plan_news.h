@@ -1,4 +1,5 @@
-// What a user is told when a plan comes into force: which bounds it relaxes and which compute times it assumes. While
+// What a user is told when a plan comes into force: which bounds it relaxes, which compute times it assumes,
+// and which chains are expected to take longer than they are promised. While
 // that lasts it is said in the plan itself; told is when it begins, when it changes much, and when it ends.
 //
 // As long as no scheduled node has run, all compute times are a guess. What such a plan makes of an app's bounds says
@@ -8,6 +9,7 @@
 // Units: in the names. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -21,7 +23,7 @@ namespace ctn::driver {
 class PlanNews {
  public:
   struct Notice {
-    std::string kind;  // "relaxed", "assumed-costs"
+    std::string kind;  // "relaxed", "assumed-costs", "above-promise"
     std::string detail;
 
     friend bool operator==(const Notice&, const Notice&) = default;
@@ -38,11 +40,13 @@ class PlanNews {
   void tell_relaxed(const plan::Plan& plan, std::vector<Notice>& notices);
   void tell_lower_guess(const plan::Plan& plan, std::vector<Notice>& notices);
   void tell_assumed(const plan::Plan& plan, std::vector<Notice>& notices);
+  void tell_above_promise(const plan::Plan& plan, std::vector<Notice>& notices);
   std::string names(const std::vector<plan::AssumedCost>& nodes, bool with_costs) const;
 
   const graph::App& app_;
   std::map<std::string, double> relaxed_;   // as told: by which factor each bound is missed
   std::vector<plan::AssumedCost> assumed_;  // as told
+  std::vector<std::size_t> above_promise_;  // as told: chains of the plan
   bool lower_guess_told_ = false;
 };
 

@@ -87,6 +87,22 @@ TEST(PlanNews, OfABootstrapPlanNothingIsToldButWhatExactRatesCost) {
                                      {"relaxed", "all bounds hold again"}}));
 }
 
+TEST(PlanNews, ChainsThatAreExpectedToTakeLongerThanPromisedAreToldOnce) {
+  const graph::App app = two();
+  PlanNews news(app);
+  plan::Plan plan;
+  plan.chains.push_back({{NodeId(0), NodeId(1)}, Millis{23.2}, {}, {}, 1.0});
+  plan.expected.emplace().chains.push_back({Millis{52.0}, {}, {}});
+  const News told = news.in_force(plan);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].kind, "above-promise");
+  EXPECT_NE(told[0].detail.find("a -> b: 52 ms, not 23.2 ms"), std::string::npos) << told[0].detail;
+  EXPECT_EQ(news.in_force(plan), News{});
+  plan.expected->chains[0].response = Millis{23.3};
+  EXPECT_EQ(news.in_force(plan).size(), 1U) << "that is over";
+  EXPECT_EQ(news.in_force(plan), News{});
+}
+
 TEST(PlanNews, ALongListIsCutShort) {
   const graph::App app = two();
   PlanNews news(app);

@@ -36,6 +36,17 @@ Millis usual_period(const graph::Graph& graph, const Plan& plan, const NodePlan&
   return subchain ? usual_timing(plan, *subchain).period : node.period;
 }
 
+std::vector<std::size_t> chains_above_promise(const Plan& plan) {
+  constexpr double kMargin = 0.01;
+  std::vector<std::size_t> above;
+  if (!plan.expected || plan.for_typical) return above;
+  const std::size_t count = std::min(plan.chains.size(), plan.expected->chains.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (plan.expected->chains[i].response > plan.chains[i].response * (1.0 + kMargin)) above.push_back(i);
+  }
+  return above;
+}
+
 const Member* member_of(const Plan& plan, SubchainId subchain) {
   const int core = plan.subchains[subchain.index()].cores.front();
   const std::vector<Member>& members = plan.cores[static_cast<std::size_t>(core)].members;

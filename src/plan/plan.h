@@ -212,6 +212,11 @@ Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain);
 // The same of a node's period; `node` is one of the plan's.
 Millis usual_period(const graph::Graph& graph, const Plan& plan, const NodePlan& node);
 
+// Chains that are expected to take longer than they are promised, by their places in Plan::chains: by more than a
+// hundredth, which may be what scheduling costs. What promises leave out (the load of unscheduled nodes) is too much
+// for them to hold there. None where nothing is expected, or promises are for typical compute times.
+std::vector<std::size_t> chains_above_promise(const Plan& plan);
+
 // Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.
 inline bool shares_core(const Plan& plan, const SubchainPlan& subchain) {
   return !plan.cores[static_cast<std::size_t>(subchain.cores.front())].slots.empty();

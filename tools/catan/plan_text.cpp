@@ -127,6 +127,19 @@ std::string terms_text(const plan::Plan& plan, const graph::App& app) {
   return table.text();
 }
 
+// Empty where no chain is.
+std::string above_promise_text(const plan::Plan& plan, const graph::App& app) {
+  std::string text;
+  for (const std::size_t chain : plan::chains_above_promise(plan)) {
+    text += fmt::format(
+        "\nwarning: {} is expected to take {}, longer than it is promised ({}): what load unscheduled "
+        "nodes are is in no promise\n",
+        app.graph.path_name(plan.chains[chain].path), ms_text(plan.expected->chains[chain].response),
+        ms_text(plan.chains[chain].response));
+  }
+  return text;
+}
+
 std::string relaxed_text(const plan::Plan& plan) {
   if (plan.relaxed.empty()) return "";
   Table table({"bound", "asked", "planned"});
@@ -154,9 +167,9 @@ std::string trigger_text(const plan::Member& member, const graph::App& app) {
 }
 
 std::string plan_text(const plan::Plan& plan, const graph::App& app) {
-  return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}", title(plan, app), subchains_text(plan, app),
+  return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}{}", title(plan, app), subchains_text(plan, app),
                      waits_text(plan, app), cores_text(plan, app), priorities_text(plan, app), terms_text(plan, app),
-                     relaxed_text(plan));
+                     relaxed_text(plan), above_promise_text(plan, app));
 }
 
 }  // namespace ctn::tool
