@@ -9,9 +9,8 @@
 // Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "hint": "..."}}.
 //
 // A program that controls the server (`catan ctl`) says some of these, and no hello:
-//   {"app": {"version": 2}}                     answered with {"done": {"app": "robot"}}: whom it has reached, before
-//   it
-//                                               says more to a server that was not named by its socket
+//   {"app": {"version": 2}}                     answered with {"done": {"app": "robot"}}: said first to a server that
+//                                               was not named by its socket
 //   {"change": {"version": 2, "cpus": [0, 1], "weights": [["scan -> LM", 0.5]], "maxes": [["0", 60.0]],
 //               "min_rates": [["GL", null]]}}   catan/changes.h; what stays is left out. Answered as above
 //   {"status": {"version": 2}}                  answered with {"done": {}}, and with memory that holds the length of a
