@@ -12,6 +12,7 @@
 
 #include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
+#include "runtime/node_port.h"
 #include "runtime/scheduler.h"
 
 namespace ctn::runtime {

@@ -95,6 +95,8 @@ struct alignas(64) SignalCell : OutputCell {
   std::atomic<std::uint32_t> incomplete{0};
 };
 
+static_assert(sizeof(SignalCell) == 64, "else others are elsewhere, and kVersion is another");
+
 struct alignas(64) NodeCell {
   static constexpr std::size_t kMaxThreads = graph::kMaxThreads;
   static constexpr std::size_t kOutputs = 64;  // so many have their origin here
