@@ -95,10 +95,9 @@ void LogOutput::Writer::add(const std::shared_ptr<Writer>& self, std::string tex
 
 void LogOutput::Writer::run() {
   std::unique_lock lock(mutex_);
-  while (true) {
+  while (!ending_) {
     if (texts_.empty()) put_in_place_of_lost();
     if (texts_.empty()) {
-      if (ending_) return;
       changed_.wait(lock);
       continue;
     }

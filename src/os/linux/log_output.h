@@ -27,7 +27,7 @@ class LogOutput {
 
   // `file`: a descriptor that is open for as long as the process runs.
   LogOutput(int file, TellLost tell_lost);
-  // Does not wait: what is not written yet may be lost.
+  // Does not wait: what is not written yet is lost, but for a text that is being written.
   ~LogOutput();
   LogOutput(const LogOutput&) = delete;
   LogOutput& operator=(const LogOutput&) = delete;
