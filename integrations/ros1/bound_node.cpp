@@ -262,7 +262,9 @@ void BoundNode::pass_on(Candidate& from, std::function<Outcome()> call, std::uin
   from.original_.addCallback(boost::make_shared<PassedOn>(*this, &from, std::move(call), id), id);
 }
 
+// Once ROS shuts down, roscpp's queue calls nothing more. It says so to us a little earlier than to that queue.
 Outcome BoundNode::call_passed_on(const Candidate* from, std::function<Outcome()>& call, std::uint64_t id) {
+  if (inbox_.stopped()) return Outcome::kNothing;
   {
     const std::lock_guard lock(bound_mutex_);
     if (bound_ && !candidates_.empty() && has_node(from) && !is_being_removed(id)) {
