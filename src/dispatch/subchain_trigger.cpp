@@ -24,14 +24,17 @@ Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after
   return pacing;
 }
 
+Pacing pacing_of_owner(const OwnerTimes& times, const plan::PeriodLimits& limits, bool fixed_frames, Nanos hang_after) {
+  const auto& [promised, expected] = times;
+  if (fixed_frames || limits.exact) return pacing_of_owned(promised.period, promised.execution, hang_after);
+  return elastic_pacing_of_owned(expected.period, expected.execution, hang_after, to_nanos(limits.min));
+}
+
 Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId subchain, Nanos hang_after) {
   const plan::SubchainPlan& planned = plan.subchains[subchain.index()];
-  const plan::PeriodLimits limits = plan::period_limits(app.graph, subchain);
-  if (plan::has_fixed_frames(app, plan.cores, planned) || limits.exact) {
-    return pacing_of_owned(planned.period, planned.execution, hang_after);
-  }
-  const plan::Expectation::Timing timing = plan::usual_timing(plan, subchain);
-  return elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.min));
+  return pacing_of_owner({{planned.period, planned.execution}, plan::usual_timing(plan, subchain)},
+                         plan::period_limits(app.graph, subchain), plan::has_fixed_frames(app, plan.cores, planned),
+                         hang_after);
 }
 
 namespace {

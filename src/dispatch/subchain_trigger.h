@@ -119,8 +119,15 @@ Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
 // The same, paced by its own output; `shortest` >= 0.
 Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest);
 
-// How a plan has a subchain paced that owns its cores: by its own output, at what is expected of it; where frames are
-// fixed or its rate is exact, by time, as planned. Precondition: it owns its cores.
+// How a subchain is paced that owns its cores: by its own output, at what is expected of it; where frames are fixed or
+// its rate is exact, by time, as promised.
+struct OwnerTimes {
+  plan::Expectation::Timing promised;
+  plan::Expectation::Timing expected;
+};
+Pacing pacing_of_owner(const OwnerTimes& times, const plan::PeriodLimits& limits, bool fixed_frames, Nanos hang_after);
+
+// The same of a subchain in a plan. Precondition: it owns its cores.
 Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId subchain, Nanos hang_after);
 
 // When the next trigger is due of a subchain that is paced so from `now` on; `last`: when it was triggered last.

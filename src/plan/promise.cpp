@@ -6,6 +6,7 @@
 #include "model/unscheduled.h"
 #include "plan/batches.h"
 #include "plan/limits.h"
+#include "plan/trigger_line.h"
 
 namespace ctn::plan {
 namespace {
@@ -23,28 +24,25 @@ class Analysis {
       : plan_(plan),
         app_(app),
         by_kind_(model::costs_by_kind(app, at_batches(costs, plan.batches, app.graph))),
-        exclusive_waits_(model::exclusive_waits(app, by_kind_, first_cores(plan.subchains))) {}
+        exclusive_waits_(model::exclusive_waits(app, by_kind_, first_cores(plan.subchains))),
+        promises_(plan.subchains.size()),
+        cost_(plan.subchains.size()),
+        wait_(plan.subchains.size()),
+        spacing_(plan.subchains.size()),
+        sooner_(plan.subchains.size()),
+        jitter_(plan.subchains.size()) {
+    for (std::size_t i = 0; i < plan_.subchains.size(); ++i) {
+      const SubchainId id(i);
+      const model::CostTable& there = by_kind_[app_.kind_of(plan_.subchains[i].cores.front())];
+      cost_[i] = there.subchain_total(app_.graph, id) / (1.0 - plan_.slack);
+      wait_[i] = there.subchain_wait(app_.graph, id);
+    }
+    for (std::size_t i = 0; i < plan_.subchains.size(); ++i) know_spacing(SubchainId(i));
+  }
 
   std::optional<std::vector<Promise>> run() {
-    const std::size_t count = plan_.subchains.size();
-    promises_.resize(count);
-    spacing_.resize(count);
-    sooner_.resize(count);
-    jitter_.resize(count);
-    cost_.resize(count);
-    wait_.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const SubchainId id(i);
-      const model::CostTable& costs = by_kind_[app_.kind_of(plan_.subchains[i].cores.front())];
-      cost_[i] = costs.subchain_total(app_.graph, id) / (1.0 - plan_.slack);
-      wait_[i] = costs.subchain_wait(app_.graph, id);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      spacing_[i] = spacing_of(SubchainId(i));
-      sooner_[i] = sooner_than_held(SubchainId(i));
-    }
     if (!find_responses()) return std::nullopt;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < plan_.subchains.size(); ++i) {
       promises_[i].spacing = spacing_[i];
       if (member_of(plan_, SubchainId(i)) != nullptr) promises_[i].period = period_of(SubchainId(i));
     }
@@ -52,29 +50,25 @@ class Analysis {
   }
 
  private:
-  // T: between two triggers.
-  Millis spacing_of(SubchainId id) const { return std::max(planned_spacing_of(id), kMinSpacing); }
-  Millis planned_spacing_of(SubchainId id) const {
+  // T: between two triggers; of its leaders first. Where its period is longer than outputs are apart, that holds it
+  // back, and one trigger comes so much sooner than it allows (plan::held_apart()).
+  void know_spacing(SubchainId id) {
+    Millis& spacing = spacing_[id.index()];
+    if (spacing > Millis{0}) return;
     const Member* const member = member_of(plan_, id);
-    if (member == nullptr) return plan_.subchains[id.index()].period;
-    if (member->after) return std::max(member->period, outputs_apart(*member->after));
-    if (member->pause) return std::max(member->period, cost_[id.index()] + *member->pause);
-    return member->period;
+    spacing = member != nullptr ? member->period : plan_.subchains[id.index()].period;
+    if (member != nullptr && member->after) {
+      const SubchainId* const leader = member->after->subchain();
+      if (leader != nullptr) know_spacing(*leader);
+      const Millis apart = outputs_apart(*member->after, leader != nullptr ? spacing_[leader->index()] : Millis{0});
+      if (member->period > apart * (1.0 + kRounding)) sooner_[id.index()] = member->period;
+      spacing = std::max(member->period, apart);
+    } else if (member != nullptr && member->pause) {
+      spacing = std::max(member->period, cost_[id.index()] + *member->pause);
+    }
+    spacing = std::max(spacing, kMinSpacing);
   }
 
-  // One trigger comes so much sooner than its period allows, where that holds it back (plan::held_apart()).
-  Millis sooner_than_held(SubchainId id) const {
-    const Member* const member = member_of(plan_, id);
-    if (member == nullptr || !member->after) return Millis{0};
-    const bool held_back = member->period > outputs_apart(*member->after) * (1.0 + kRounding);
-    return held_back ? member->period : Millis{0};
-  }
-
-  // On average, of triggers that a leader's outputs give.
-  Millis outputs_apart(const After& after) const {
-    const SubchainId* const leader = after.subchain();
-    return outputs_apart(after, leader != nullptr ? spacing_of(*leader) : Millis{0});
-  }
   // Every so-many-th output of the leader, at least; where that is a subchain, its runs come `runs_apart`.
   Millis outputs_apart(const After& after, Millis runs_apart) const {
     if (const NodeId* const leader = after.node())
@@ -139,21 +133,15 @@ class Analysis {
   }
 
   // How often the member may be triggered within `window`, at most: as a fraction (the line), or in whole numbers.
-  struct Line {
-    double at_once = 1.0;  // in no time at all
-    double rate = 0.0;     // and so many more a ms
-  };
-  Line line_of(const Member& member, Millis window, Waits waits) const {
+  TriggerLine line_of(const Member& member, Millis window, Waits waits) const {
     const std::size_t i = member.subchain.index();
-    const Millis carried = carried_over(member, waits);
-    const Line by_jitter{1.0 + (jitter_[i] + carried) / spacing_[i], 1.0 / spacing_[i].count()};
-    const auto at = [&](const Line& line) { return line.at_once + line.rate * window.count(); };
-    Line least = by_jitter;
-    for_each_hold(member, [&](int at_once, Millis apart) {
-      const Line held{at_once + carried / apart, 1.0 / apart.count()};
-      if (at(held) < at(least)) least = held;
-    });
-    return least;
+    const bool paused = !member.after && member.pause && member.period >= kMinSpacing;
+    return trigger_line({.spacing = spacing_[i].count(),
+                         .sooner = jitter_[i].count(),
+                         .carried = carried_over(member, waits).count(),
+                         .held = member.after ? to_nanos(member.period) : Nanos{0},
+                         .held_back = paused ? member.period.count() : 0.0},
+                        window.count());
   }
   double triggers_within(const Member& member, Millis window, Waits waits) const {
     const std::size_t i = member.subchain.index();
@@ -275,8 +263,8 @@ class Analysis {
     return sum;
   }
   // By those that are elsewhere: as often as they come in the window, and once more.
-  Line blocked_elsewhere(const CorePlan& core, std::size_t rank, Millis window) const {
-    Line sum{0.0, 0.0};
+  TriggerLine blocked_elsewhere(const CorePlan& core, std::size_t rank, Millis window) const {
+    TriggerLine sum;
     for_each_excluded(core, rank, [&](NodeId other) {
       const std::optional<SubchainId> of = app_.graph.node(other).subchain;
       if (!of || position_of(core, other)) return;
@@ -284,8 +272,8 @@ class Analysis {
       const SubchainPlan& planned = plan_.subchains[of->index()];
       const Millis run = member != nullptr ? promises_[of->index()].execution : planned.execution;
       const Millis apart = member != nullptr ? spacing_[of->index()] : std::max(planned.period, kMinSpacing);
-      const Line line =
-          member != nullptr ? line_of(*member, window, Waits::kBringRunsCloser) : Line{1.0, 1.0 / apart.count()};
+      const TriggerLine line =
+          member != nullptr ? line_of(*member, window, Waits::kBringRunsCloser) : TriggerLine{1.0, 1.0 / apart.count()};
       sum.at_once += run.count() * (1.0 + line.at_once);
       sum.rate += run.count() * line.rate;
     });
@@ -320,8 +308,8 @@ class Analysis {
     for (std::size_t j = 0; j < above; ++j) turns.push_back(turns_of(core, core.members[j], above));
     Millis response = own;
     for (int step = 0; step < kSteps; ++step) {
-      const Line elsewhere = blocked_elsewhere(core, above, response);
-      Millis longer = own + Millis{elsewhere.at_once + elsewhere.rate * response.count()};
+      const TriggerLine elsewhere = blocked_elsewhere(core, above, response);
+      Millis longer = own + Millis{elsewhere.within(response.count())};
       for (std::size_t j = 0; j < above; ++j) {
         if (&core.members[j] == without) continue;
         double triggers = triggers_within(core.members[j], response, waits);
@@ -338,12 +326,12 @@ class Analysis {
   // Valid wherever the lines are chosen, tightest where they are chosen near what comes out.
   std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near, Waits waits,
                                  const Member* without) const {
-    const Line elsewhere = blocked_elsewhere(core, above, near);
+    const TriggerLine elsewhere = blocked_elsewhere(core, above, near);
     Millis sum = alone(core, above) + Millis{elsewhere.at_once};
     double used = elsewhere.rate;
     for (std::size_t j = 0; j < above; ++j) {
       if (&core.members[j] == without) continue;
-      const Line line = line_of(core.members[j], near, waits);
+      const TriggerLine line = line_of(core.members[j], near, waits);
       const Millis cost = demand_of(core.members[j], waits);
       sum += cost * line.at_once;
       used += cost.count() * line.rate;

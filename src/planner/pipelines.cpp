@@ -61,15 +61,10 @@ std::optional<trial::Pipeline> Pipelines::on(SubchainId subchain, std::vector<in
   if (limits.exact && promised.period > *limits.exact) return std::nullopt;
   const model::OwnedCores usual =
       model::owned_cores_with(app_.graph, subchain, usual_[kind], count, promised.threads, slack_);
-  const Millis shortest = std::max(usual.period, limits.min);
-  dispatch::Pacing pacing;
-  if (limits.exact) {
-    pacing = dispatch::pacing_of_owned(*limits.exact, promised.execution, Nanos{0});
-  } else if (app_.scheduler.frames == graph::FrameMode::kFixed) {
-    pacing = dispatch::pacing_of_owned(std::max(promised.period, limits.min), promised.execution, Nanos{0});
-  } else {
-    pacing = dispatch::elastic_pacing_of_owned(shortest, usual.execution, Nanos{0}, to_nanos(limits.min));
-  }
+  const dispatch::Pacing pacing = dispatch::pacing_of_owner(
+      {.promised = {limits.exact.value_or(std::max(promised.period, limits.min)), promised.execution},
+       .expected = {std::max(usual.period, limits.min), usual.execution}},
+      limits, app_.scheduler.frames == graph::FrameMode::kFixed, Nanos{0});
   return trial::Pipeline{subchain, std::move(cores), promised.threads, pacing};
 }
 

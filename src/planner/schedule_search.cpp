@@ -357,7 +357,7 @@ trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Option
 }
 
 double ScheduleSearch::bounded(const Candidate& candidate, double score) {
-  return bounded_score(costs_->surrogate, candidate.schedule, candidate.relax, score, scoring_.overload());
+  return scoring_.bounded(costs_->surrogate, candidate.schedule, candidate.relax, score);
 }
 
 double ScheduleSearch::glance(const Candidate& candidate) {

@@ -111,11 +111,11 @@ double Scoring::at_a_glance(const Schedule& schedule, const trial::Figures& figu
   return weighted(figures) * (1.0 + use(schedule, figures).overload);
 }
 
-double bounded_score(Surrogate& surrogate, const Schedule& schedule, std::optional<double> relax, double score,
-                     double overload) {
+double Scoring::bounded(Surrogate& surrogate, const Schedule& schedule, std::optional<double> relax,
+                        double score) const {
   if (!schedule.frames.empty()) return relaxed_score(score, relax.value_or(1.0));
   const std::optional<Estimate> estimate = surrogate(schedule);
-  if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * overload;
+  if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * overload_;
   return relaxed_score(score, estimate->relax);
 }
 

@@ -7,7 +7,7 @@
 // system's clock: what the kernel holds up there (for ordinary threads, which it does not let starve) is made up for
 // without a gap, in which ordinary threads starve again. A pause after each run ends that, and no trial shows it.
 //
-// Units: times in ms. Thread safety: a Scoring is immutable once made; bounded_score() is as safe as its surrogate.
+// Units: times in ms. Thread safety: a Scoring is immutable once made; bounded() is as safe as its surrogate.
 #pragma once
 
 #include <cstddef>
@@ -57,6 +57,11 @@ class Scoring {
   // The same of a trial so short that it is luck whether a core is full: as if all were slower by its overload.
   double at_a_glance(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double overload() const { return overload_; }
+  // What bounds make of a schedule's score: twice overload() where it is no schedule that can be had. The surrogate is
+  // asked about the schedule; but of frames it knows nothing: for those `relax` counts, by how much bounds are relaxed
+  // under it, where that is known.
+  double bounded(Surrogate& surrogate, const trial::Schedule& schedule, std::optional<double> relax,
+                 double score) const;
   // What counts of a term, its own weight apart: its mean, and something for its tail.
   double of_term(const trial::Figures& figures, std::size_t term) const {
     return figures.terms[term].mean_ms + tail_weights_[term] * figures.terms[term].p95_ms;
@@ -75,11 +80,5 @@ class Scoring {
   std::vector<double> tail_weights_;  // by term
   bool limits_input_ = false;         // how often some subchain has something to do, since its runs need input
 };
-
-// What bounds make of a schedule's score; more than `overload` where it is no schedule that can be had. The surrogate
-// is asked about the schedule; but of frames it knows nothing: for those `relax` counts, by how much bounds are relaxed
-// under it, where that is known.
-double bounded_score(Surrogate& surrogate, const trial::Schedule& schedule, std::optional<double> relax, double score,
-                     double overload);
 
 }  // namespace ctn::planner

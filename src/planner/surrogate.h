@@ -36,6 +36,7 @@
 #include "graph/app.h"
 #include "model/batches.h"
 #include "model/cost.h"
+#include "plan/trigger_line.h"
 #include "planner/run_spread.h"
 #include "trial/samples.h"
 #include "trial/schedule.h"
@@ -109,12 +110,7 @@ class Surrogate {
     double wait = 0.0;       // until the tick that shows it
     double with_news = 1.0;  // part of the ticks
   };
-  struct Line {
-    double at_once = 0.0;
-    double rate = 0.0;  // so much more a ms
-
-    double within(double ms) const { return at_once + rate * ms; }
-  };
+  using Line = plan::TriggerLine;
   struct UsedAbove {  // of a core, by subchains above one
     Line soon{};
     Line on_average{};

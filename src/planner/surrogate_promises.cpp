@@ -183,20 +183,11 @@ void Surrogate::promise_triggers(const trial::Place& place, std::size_t subchain
   // What a run that waits leaves undone comes close to the next one (plan/promise.h).
   const bool leaves = timing.planned_waits > 0.0 || (!kept_away_.empty() && kept_away_[subchain]);
   const double carried = leaves ? timing.promised_execution - timing.planned : 0.0;
-  const bool is_held = place.after && place.period > dispatch::kShortestPeriod;
-  const auto least_within = [&](double interval) {
-    Line least{1.0 + (jitter + carried) / spacing, 1.0 / spacing};
-    if (!is_held) return least;
-    for (const plan::Hold& hold : plan::holds_of_follower(place.period)) {
-      const double apart = to_millis(hold.apart).count();
-      const Line line{hold.at_once + carried / apart, 1.0 / apart};
-      if (line.within(interval) < least.within(interval)) least = line;
-    }
-    return least;
-  };
+  const plan::TriggersKnown known{
+      .spacing = spacing, .sooner = jitter, .carried = carried, .held = place.after ? place.period : Nanos{0}};
   constexpr double kManyRuns = 8.0;
-  timing.promised_soon = least_within(spacing);
-  timing.promised_on_average = least_within(kManyRuns * spacing);
+  timing.promised_soon = plan::trigger_line(known, spacing);
+  timing.promised_on_average = plan::trigger_line(known, kManyRuns * spacing);
 }
 
 // With those above it on its core in order_[first, last).
