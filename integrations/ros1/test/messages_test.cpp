@@ -68,7 +68,8 @@ ros:
                                       "misspelt: it has subscriptions of /data, /ticks; timers of 100 ms (10 Hz), "
                                       "20 ms (50 Hz); services /save; the others go on"),
                             HasSubstr("/worker has not asked for a timer of 50 ms (20 Hz) in 10 s")));
-  EXPECT_THAT(told(), HasSubstr("subchain third runs: all of its nodes have registered")) << "whose timer is found by its rate";
+  EXPECT_THAT(told(), HasSubstr("subchain third runs: all of its nodes have registered"))
+      << "whose timer is found by its rate";
 }
 
 }  // namespace
