@@ -1,6 +1,5 @@
 // Promises of apps of kinds that are seldom: unscheduled nodes in exclusive groups, runs that wait on several cores,
-// queue nodes in frames, outputs that come less often than runs. At constant costs no response of a chain takes longer
-// than is promised.
+// queue nodes in frames. At constant costs no response of a chain takes longer than is promised.
 #include <gtest/gtest.h>
 
 #include <chrono>

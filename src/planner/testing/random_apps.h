@@ -45,8 +45,7 @@ struct RandomLimits {
   // Unscheduled nodes, which begin chains, and one that follows the first of them. With `exclusive` they are in the
   // group, with the first subchain alone or with all.
   int drivers = 0;
-  bool output_periods = false;  // some subchains give outputs less often than they run
-  bool threads = false;         // some nodes may use two or three threads
+  bool threads = false;  // some nodes may use two or three threads
 };
 
 // As if all of its subchains began with callbacks of messages.
@@ -70,7 +69,6 @@ class RandomCaseBuilder {
     set_inputs();
     draw_rates();
     draw_bounds();
-    if (limits_.output_periods) draw_output_periods();
     if (limits_.threads) draw_threads();
     if (limits_.exclusive) draw_exclusive_group();
     if (limits_.reversed) reverse();
@@ -147,13 +145,6 @@ class RandomCaseBuilder {
       add_edges(path);
       spec_.objective.push_back(graph::response(path, weight()));
       drivers_.push_back(name);
-    }
-  }
-
-  void draw_output_periods() {
-    for (const Drawn& subchain : subchains_) {
-      if (!chance(0.5)) continue;
-      head_of(subchain).output_period = graph::At<Nanos>{to_nanos(Millis{uniform(0.5, 4.0) * total_}), {}};
     }
   }
 
