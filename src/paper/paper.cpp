@@ -224,10 +224,12 @@ Result<plan::Plan> make_plan_at(const model::CostTable& costs, const graph::App&
   plan::Plan plan = Assembly(app, problem, *allocation, *stage, request).run(costs);
   if (!std::isfinite(plan.objective)) return unattainable(app, problem, request.cores);
   plan.gap = std::max(gap, stage->gap);
-  // What a plan promises may be more than the model that was solved says: of runs that wait in frames, of bursts, and
-  // of unscheduled nodes that wait for others.
-  const double solved = objective_of(problem.terms, stage->timings);
-  if (solved < plan.objective * (1.0 - plan::kTolerance)) plan.gap = std::max(plan.gap, 1.0 - solved / plan.objective);
+  const bool waits =
+      std::any_of(plan.subchains.begin(), plan.subchains.end(), [](const auto& each) { return each.wait > Millis{0}; });
+  if (waits && plan.objective > 0.0) {
+    // What a plan promises of runs that wait in frames is more than the model that was solved says.
+    plan.gap = std::max(plan.gap, 1.0 - objective_of(problem.terms, stage->timings) / plan.objective);
+  }
   plan.quality = plan.gap > 0.0 ? plan::Quality::kFeasible : plan::Quality::kOptimal;
   return plan;
 }

@@ -254,17 +254,6 @@ TEST(ExpectedPlan, RefusesWhatNobodyCanPlanFor) {
   EXPECT_THAT(many.error().message(), testing::HasSubstr("the app has 257 subchains"));
 }
 
-TEST(ExpectedPlan, RefusesWeightsBeyondArithmetic) {
-  graph::AppSpec spec = graph::spec_of({"a", "b"}, {});
-  spec.objective = {graph::period("a", 1e308), graph::period("b", 1e308)};
-  const graph::App app = graph::build_app(spec).value();
-  const model::CostTable costs(app.graph, Millis{6});
-  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
-  const auto plan = make_expected_plan(app, samples, costs, {.cores = 1, .slack = kSlack, .effort = 0.01});
-  ASSERT_FALSE(plan.ok());
-  EXPECT_THAT(plan.error().message(), testing::HasSubstr("scale all weights down"));
-}
-
 RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 4);
   RandomCase random = random_case(seed,
