@@ -14,7 +14,7 @@ constexpr std::chrono::milliseconds kBetweenTries{1};
 constexpr int kMaxTries = 100;
 
 // The newest, and one that is left over.
-constexpr std::size_t kNewest = 2;
+constexpr std::size_t kKeptAtMost = 2;
 
 }  // namespace
 
@@ -69,7 +69,7 @@ void BoundCallback::let_go_of_older() {
   if (!options_.takes_newest) return;
   const Discard discard;
   for (;;) {
-    const std::optional<Outcome> outcome = inbox_.call_first_beyond(kNewest);
+    const std::optional<Outcome> outcome = inbox_.call_first_beyond(kKeptAtMost);
     if (!outcome || *outcome == Outcome::kAgain) return;
   }
 }

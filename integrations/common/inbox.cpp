@@ -119,9 +119,7 @@ bool Inbox::wait(std::optional<std::chrono::nanoseconds> patience) const {
   while (entries_.empty() && !stopped_.load()) {
     if (!patience) {
       changed_.wait(mutex_);
-    } else if (!expected_) {
-      return false;
-    } else if (!changed_.wait_until(mutex_, until) && entries_.empty()) {
+    } else if (!expected_ || (!changed_.wait_until(mutex_, until) && entries_.empty())) {
       return false;
     }
   }

@@ -12,19 +12,18 @@
 namespace catan_ros {
 namespace {
 
+// To be made by a handler of the exception.
 class Thrown final : public ros::CallbackInterface {
  public:
-  explicit Thrown(std::exception_ptr exception) : exception_(std::move(exception)) {}
   CallResult call() override { std::rethrow_exception(exception_); }
 
  private:
-  std::exception_ptr exception_;
+  const std::exception_ptr exception_ = std::current_exception();
 };
 
 // By a handler of the exception. Under an id of its own: who removes the callback has not seen yet what it threw.
 void hand_on(ros::CallbackQueueInterface& queue) {
-  if (BoundCallback::current() == nullptr) throw;
-  const auto thrown = boost::make_shared<Thrown>(std::current_exception());
+  const auto thrown = boost::make_shared<Thrown>();
   queue.addCallback(thrown, reinterpret_cast<std::uint64_t>(thrown.get()));
 }
 
@@ -37,6 +36,7 @@ class HandingOn final : public ros::CallbackInterface {
     try {
       return callback_->call();
     } catch (...) {
+      if (BoundCallback::current() == nullptr) throw;
       hand_on(queue_);
       return Success;
     }
@@ -60,6 +60,7 @@ std::function<bool()> handing_on_exceptions(std::function<bool()> call, ros::Cal
     try {
       return call();
     } catch (...) {
+      if (BoundCallback::current() == nullptr) throw;
       hand_on(queue);
       return true;
     }

@@ -4,8 +4,8 @@ namespace ctn::runtime {
 
 // Never destroyed: threads of sessions may outlive static objects.
 PlacedThreads& PlacedThreads::of_process() {
-  static PlacedThreads* const threads = new PlacedThreads;
-  return *threads;
+  static PlacedThreads* const kThreads = new PlacedThreads;
+  return *kThreads;
 }
 
 void PlacedThreads::add(os::ThreadId thread) {

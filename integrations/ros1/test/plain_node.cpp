@@ -62,7 +62,7 @@ std::atomic<int> g_inside{0};
 std::atomic<bool> g_is_called{false};
 std::mutex g_mutex;  // of --stop-inside
 ros::Publisher g_out;
-ros::Subscriber* g_in = nullptr;
+ros::Subscriber g_in;
 
 class Inside {
  public:
@@ -102,7 +102,7 @@ void on_message(const std_msgs::Int64::ConstPtr& message) {
   if (message->data < g_counts.newest.load()) ++g_counts.backward;
   g_counts.newest = message->data;
   if (!g_asked.log.empty()) std::ofstream(g_asked.log, std::ios::app) << message->data << "\n";
-  if (g_asked.unsubscribe_after > 0 && g_counts.calls + 1 == g_asked.unsubscribe_after) g_in->shutdown();
+  if (g_asked.unsubscribe_after > 0 && g_counts.calls + 1 == g_asked.unsubscribe_after) g_in.shutdown();
   work(message->data);
   throw_now_and_then();
 }
@@ -290,14 +290,13 @@ int main(int count, char** arguments) {
     g_out = strings ? handle.advertise<std_msgs::String>(g_asked.out, 10)
                     : handle.advertise<std_msgs::Int64>(g_asked.out, 10);
   }
-  ros::Subscriber in, beside;
+  ros::Subscriber beside;
   const auto subscribe = [&] {
     const auto queue = static_cast<std::uint32_t>(g_asked.queue);
     return strings ? handle.subscribe(g_asked.in, queue, on_string) : handle.subscribe(g_asked.in, queue, on_message);
   };
-  if (!g_asked.in.empty()) in = subscribe();
-  if (g_asked.subscribe_again) in = subscribe();
-  g_in = &in;
+  if (!g_asked.in.empty()) g_in = subscribe();
+  if (g_asked.subscribe_again) g_in = subscribe();
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
   ros::ServiceServer service;
   if (!g_asked.service.empty()) service = handle.advertiseService(g_asked.service, on_request);
@@ -321,5 +320,6 @@ int main(int count, char** arguments) {
   ros::shutdown();
   writer.join();
   if (stopper.joinable()) stopper.join();
+  g_in = {};  // while there is the node that it is of
   return 0;
 }
