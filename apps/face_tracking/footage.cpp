@@ -1,11 +1,9 @@
 #include "footage.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <opencv2/imgcodecs.hpp>
@@ -14,6 +12,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "lens.h"
+#include "program/text_file.h"
 
 namespace ctn::face_tracking {
 namespace {
@@ -109,7 +108,6 @@ Result<std::vector<Face>> read_faces(const std::string& path) {
   return faces;
 }
 
-// Whole or not at all, also where several programs write it at the same time.
 Status write_faces(const std::string& path, const std::vector<Face>& faces) {
   std::vector<cv::Mat> patches;
   for (const Face& face : faces) patches.push_back(face.pixels);
@@ -117,13 +115,10 @@ Status write_faces(const std::string& path, const std::vector<Face>& faces) {
   cv::hconcat(patches, row);
   std::vector<unsigned char> png;
   cv::imencode(".png", row, png);
-  const std::string unfinished = path + "." + std::to_string(::getpid());
-  std::ofstream file(unfinished, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(unfinished, path, error);
-  if (!file || error) return Error::environment("cannot write " + path, "check the folder's rights and the disk");
+  const std::string_view bytes(reinterpret_cast<const char*>(png.data()), png.size());
+  if (!program::replace_file(path, bytes)) {
+    return Error::environment("cannot write " + path, "check the folder's rights and the disk");
+  }
   return Done{};
 }
 

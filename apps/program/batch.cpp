@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -18,18 +17,6 @@ namespace {
 
 Error cannot_write(const std::filesystem::path& path) {
   return Error::environment(fmt::format("{} cannot be written", path.string()), "name another folder with --out");
-}
-
-Status store(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path unfinished = path.string() + ".unfinished";
-  {
-    std::ofstream file(unfinished, std::ios::binary | std::ios::trunc);
-    if (!(file << text).flush()) return cannot_write(unfinished);
-  }
-  std::error_code error;
-  std::filesystem::rename(unfinished, path, error);
-  if (error) return cannot_write(path);
-  return Done{};
 }
 
 // "; about 4 min left"
@@ -103,9 +90,7 @@ Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& 
     if (Status alike = check_levels(document->text, fmt::format("the run with seed {}", seed), levels); !alike) {
       return alike.error();
     }
-    if (keeps) {
-      if (Status stored = store(path, document->text); !stored) return stored.error();
-    }
+    if (keeps && !replace_file(path.string(), document->text)) return cannot_write(path);
     const auto words = steps.take(document->text, "the outcome", seed);
     if (!words) return words.error();
     took += document->took_seconds;

@@ -1,3 +1,5 @@
+// Files that are read and written in one go.
+//
 // Thread safety: pure, but for the file.
 #pragma once
 
@@ -5,6 +7,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 namespace ctn::program {
 
@@ -18,5 +21,9 @@ inline std::optional<std::string> text_of_file(const std::string& path) {
   if (text.bad()) return std::nullopt;
   return text.str();
 }
+
+// The file has these bytes or is as it was, also where several programs write it at the same time. False: it cannot be
+// written.
+bool replace_file(const std::string& path, std::string_view bytes);
 
 }  // namespace ctn::program

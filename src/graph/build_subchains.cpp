@@ -109,7 +109,8 @@ void AppBuilder::check_rates(const Subchain& subchain) {
     if (spec->min_rate && (!highest_min || spec->min_rate->value > highest_min->min_rate->value)) highest_min = spec;
     if (spec->max_rate && (!lowest_max || spec->max_rate->value < lowest_max->max_rate->value)) lowest_max = spec;
     if (spec->min_rate) {
-      problem(spec->min_rate->place, rate_above_outputs(app_.graph, id, spec->min_rate->value));
+      problem(spec->min_rate->place, rate_above_outputs(app_.graph, id, spec->min_rate->value,
+                                                        "lower it, or output_period of the node before"));
     }
   }
   // Within one node it was reported there.
@@ -180,7 +181,8 @@ void AppBuilder::check_triggers(const Subchain& subchain) {
           fmt::format("no unscheduled node feeds {}: nothing arrives that could trigger it", quote(spec.name.value)),
           "add an edge from one, or write trigger: any");
     }
-    problem(spec.trigger->place, exact_rate_by_arrival(key, app_.graph, subchain));
+    problem(spec.trigger->place,
+            exact_rate_by_arrival(key, app_.graph, subchain, "remove trigger, or make min_rate and max_rate differ"));
   }
 }
 

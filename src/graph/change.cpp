@@ -174,8 +174,8 @@ class Changing {
     if (!node.min_rate) return;
     const std::string key = fmt::format("nodes.{}.min_rate", node.name);
     const Subchain& subchain = app_.graph.subchain(*node.subchain);
-    problem(rate_above_outputs(app_.graph, id, *node.min_rate));
-    problem(exact_rate_by_arrival(key, app_.graph, subchain));
+    problem(rate_above_outputs(app_.graph, id, *node.min_rate, "ask for less"));
+    problem(exact_rate_by_arrival(key, app_.graph, subchain, "ask for a min_rate below the max_rate"));
     for (const NodeId other : subchain.nodes) {
       const Node& capped = app_.graph.node(other);
       if (!capped.max_rate || *node.min_rate <= *capped.max_rate) continue;

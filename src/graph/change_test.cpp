@@ -1,5 +1,6 @@
 #include "graph/change.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -167,7 +168,9 @@ TEST(Changed, WhatAnAppFileMayNotHaveIsRefused) {
   for (const Changes::MinRate& refused : {Changes::MinRate{"a", 50.0}, Changes::MinRate{"b", 5.0}}) {
     Changes changes;
     changes.min_rates = {refused};
-    EXPECT_FALSE(changed(*built, changes).ok()) << refused.node;
+    const Result<App> after = changed(*built, changes);
+    ASSERT_FALSE(after.ok()) << refused.node;
+    EXPECT_THAT(after.error().message(), testing::HasSubstr("; ask for ")) << "what can be changed while it runs";
   }
   Changes changes;
   changes.min_rates = {{"a", 49.0}, {"b", 1.0}};

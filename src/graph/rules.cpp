@@ -37,7 +37,7 @@ std::optional<WrongSum> wrong_sum_of_weights(std::span<const double> weights) {
                    "write smaller ones: only what they are to one another counts"}};
 }
 
-std::optional<Problem> rate_above_outputs(const Graph& graph, NodeId node, Rate min_rate) {
+std::optional<Problem> rate_above_outputs(const Graph& graph, NodeId node, Rate min_rate, std::string hint) {
   const Nanos apart = graph.output_period_before(node);
   if (apart <= Nanos{0} || min_rate.period() >= apart) return std::nullopt;
   return Problem{
@@ -45,10 +45,11 @@ std::optional<Problem> rate_above_outputs(const Graph& graph, NodeId node, Rate 
       fmt::format("nodes.{}.min_rate", graph.node(node).name),
       fmt::format("{}Hz cannot be had: a node before it in subchain {} gives output every {:.6g} ms at most",
                   min_rate.hertz(), quote(graph.subchain(*graph.node(node).subchain).name), to_millis(apart).count()),
-      "lower it, or output_period of the node before"};
+      std::move(hint)};
 }
 
-std::optional<Problem> exact_rate_by_arrival(std::string key, const Graph& graph, const Subchain& subchain) {
+std::optional<Problem> exact_rate_by_arrival(std::string key, const Graph& graph, const Subchain& subchain,
+                                             std::string hint) {
   const auto is_exact = [&](NodeId id) {
     const Node& node = graph.node(id);
     return node.min_rate && node.min_rate == node.max_rate;
@@ -59,7 +60,7 @@ std::optional<Problem> exact_rate_by_arrival(std::string key, const Graph& graph
                  std::move(key),
                  fmt::format("subchain {} has an exact rate, which is kept by time, and is triggered by arrival",
                              quote(subchain.name)),
-                 "remove trigger, or make min_rate and max_rate differ"};
+                 std::move(hint)};
 }
 
 }  // namespace ctn::graph

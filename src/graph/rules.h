@@ -1,5 +1,5 @@
 // What is asked of weights and rates, whether an app file says them or somebody changes them while the app runs. Each
-// rule returns what is wrong, without its place; nothing: it is right.
+// rule returns what is wrong, without its place; nothing: it is right. A `hint` says what the caller can change.
 //
 // Thread safety: pure functions.
 #pragma once
@@ -27,9 +27,10 @@ struct WrongSum {
 std::optional<WrongSum> wrong_sum_of_weights(std::span<const double> weights);
 
 // The rate that a node runs at at least, where a node before it in its subchain gives output less often.
-std::optional<Problem> rate_above_outputs(const Graph& graph, NodeId node, Rate min_rate);
+std::optional<Problem> rate_above_outputs(const Graph& graph, NodeId node, Rate min_rate, std::string hint);
 
 // A subchain that is triggered by arrival, of which a node has an exact rate.
-std::optional<Problem> exact_rate_by_arrival(std::string key, const Graph& graph, const Subchain& subchain);
+std::optional<Problem> exact_rate_by_arrival(std::string key, const Graph& graph, const Subchain& subchain,
+                                             std::string hint);
 
 }  // namespace ctn::graph

@@ -215,9 +215,8 @@ void add_ctl_command(CLI::App& cli, int& exit_code) {
       "  catan ctl robot min-rate GM 2Hz                  the lowest rate of a node\n"
       "  catan ctl /run/catan/robot.sock status\n"
       "  catan ctl robot dump last.catan                  the last seconds, as a record (catan report last.catan)\n"
-      "Only root and the user that the server runs as may do this. A new plan follows at once; the record of the run "
-      "and "
-      "its\nstatus say what was changed, and the app file stays as it is. What is wrong changes nothing.\n"
+      "Only root and the user that the server runs as may do this. A new plan follows at once; the record of the run\n"
+      "and its status say what was changed, and the app file stays as it is. What is wrong changes nothing.\n"
       "Exit code: 0 it is done, 1 no server answers, 2 a mistake, or the server refuses it; of dump, no such app "
       "runs.");
   command

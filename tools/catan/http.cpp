@@ -123,9 +123,8 @@ void add_http_command(CLI::App& cli, int& exit_code) {
       "It runs as a process of its own, at the ordinary level, on CPUs that no node may use where there are any: what\n"
       "clients do does not reach the scheduler. docs/http.md lists pages and metrics. POST /whatif says what would be\n"
       "planned with other weights, bounds, costs or cores.\n"
-      "Exit code: 0 it was told to end, 1 failure at run time, as where the address is in use, 2 no such app runs, or "
-      "a\n"
-      "mistake.");
+      "Exit code: 0 it was told to end, 1 failure at run time, as where the address is in use,\n"
+      "2 no such app runs, or a mistake.");
   sub->add_option("TARGET", command->target,
                   "A server's socket, an app file, the name of an app, or the number of a process");
   sub->add_option("--listen", command->options.address, "Port, ADDRESS:PORT or [IPv6]:PORT; port 0: one that is free")

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "command.h"
+#include "page/page.h"
 #include "record/reader.h"
 #include "report/json.h"
 #include "report/metrics.h"
@@ -24,21 +25,28 @@ struct ReportOptions {
   std::string record;
   bool json = false;
   bool html = false;
-  PageOptions page;
+  std::string page;     // with html: the file; empty: stdout
+  std::string compare;  // with html: another record; empty: none
   bool all = false;
   std::string why;  // a chain
   std::size_t worst = 5;
 };
 
-int why_late(const record::Reader& record, const ReportOptions& options, ProgressLine& progress) {
+Result<std::string> why_late(const record::Reader& record, const ReportOptions& options) {
   const auto term = why::find_chain(record.app(), options.why);
-  if (!term) return report_error(term.error());
+  if (!term) return term.error();
   const auto analysis = why::analyse(record, *term, {.worst = options.worst, .whole = options.all});
-  if (!analysis) return report_error(analysis.error());
-  progress.end();
+  if (!analysis) return analysis.error();
   const TimePoint started = record.header().started;
-  print(options.json ? why::to_json(*analysis, record.app(), started) : why_text(*analysis, record.app(), started));
-  return kSuccess;
+  return options.json ? why::to_json(*analysis, record.app(), started) : why_text(*analysis, record.app(), started);
+}
+
+Result<std::string> results(const record::Reader& record, const ReportOptions& options) {
+  if (!options.why.empty()) return why_late(record, options);
+  if (options.html) return report_page(record, options.record, options.compare, options.all);
+  const auto metrics = report::measure(record, {.whole = options.all, .worst = 0});
+  if (!metrics) return metrics.error();
+  return options.json ? report::to_json(*metrics) : report::to_text(*metrics);
 }
 
 int report(const ReportOptions& options) {
@@ -46,13 +54,15 @@ int report(const ReportOptions& options) {
   if (!record) return report_error(record.error());
   ProgressLine progress("read");
   record->on_progress([&progress](std::uint64_t events) { progress.show_count(events); });
-  if (!options.why.empty()) return why_late(*record, options, progress);
-  if (options.html) return report_page(*record, options.record, options.page, options.all);
-  const auto metrics = report::measure(*record, {.whole = options.all, .worst = 0});
-  if (!metrics) return report_error(metrics.error());
+  const auto text = results(*record, options);
   progress.end();
-  print(options.json ? report::to_json(*metrics) : report::to_text(*metrics));
-  return kSuccess;
+  if (!text) return report_error(text.error());
+  if (options.page.empty()) {
+    print(*text);
+    return kSuccess;
+  }
+  const Status saved = page::save(*text, options.page);
+  return saved ? kSuccess : report_error(saved.error());
 }
 
 }  // namespace
@@ -72,12 +82,11 @@ void add_report_command(CLI::App& cli, int& exit_code) {
       "Exit code: 0 it was shown, 1 failure at run time, 2 no such record, or a mistake on the command line.");
   command->add_option("RECORD", options->record, "Record that catan run --record made");
   CLI::Option* json = command->add_flag("--json", options->json, "Print one JSON document");
-  CLI::Option* html =
-      command->add_option("--html", options->page.file, "Write an HTML page to FILE; without it, to stdout")
-          ->type_name("FILE")
-          ->expected(0, 1)
-          ->excludes(json);
-  command->add_option("--compare", options->page.compare, "Show the run of this record beside it on the page")
+  CLI::Option* html = command->add_option("--html", options->page, "Write an HTML page to FILE; without it, to stdout")
+                          ->type_name("FILE")
+                          ->expected(0, 1)
+                          ->excludes(json);
+  command->add_option("--compare", options->compare, "Show the run of this record beside it on the page")
       ->type_name("OTHER")
       ->needs(html);
   command->add_flag("--all", options->all, "Include the warm-up");
@@ -95,7 +104,7 @@ void add_report_command(CLI::App& cli, int& exit_code) {
       ->needs(why);
   command->callback([options, html, &exit_code] {
     options->html = html->count() > 0;
-    if (options->record.empty()) std::swap(options->record, options->page.file);  // --html RECORD
+    if (options->record.empty()) std::swap(options->record, options->page);  // --html RECORD
     if (options->record.empty()) throw CLI::RequiredError("RECORD");
     exit_code = report(*options);
   });

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "command.h"
 #include "page/page.h"
 
 namespace ctn::tool {
@@ -10,8 +9,10 @@ namespace {
 
 std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
-Result<std::string> page_of(const record::Reader& record, const std::string& path, const std::string& compare,
-                            bool all) {
+}  // namespace
+
+Result<std::string> report_page(const record::Reader& record, const std::string& path, const std::string& compare,
+                                bool all) {
   const auto story = page::tell(record, all);
   if (!story) return story.error();
   const page::ShownRun run{file_name(path), *story};
@@ -22,19 +23,6 @@ Result<std::string> page_of(const record::Reader& record, const std::string& pat
   if (!other_story) return other_story.error();
   const std::string name = file_name(compare);
   return page::compare_html(run, {name == run.name ? name + " (other)" : name, *other_story});
-}
-
-}  // namespace
-
-int report_page(const record::Reader& record, const std::string& path, const PageOptions& options, bool all) {
-  const auto html = page_of(record, path, options.compare, all);
-  if (!html) return report_error(html.error());
-  if (options.file.empty()) {
-    print(*html);
-    return kSuccess;
-  }
-  const Status done = page::save(*html, options.file);
-  return done ? kSuccess : report_error(done.error());
 }
 
 }  // namespace ctn::tool

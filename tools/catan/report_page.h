@@ -3,16 +3,13 @@
 
 #include <string>
 
+#include "base/result.h"
 #include "record/reader.h"
 
 namespace ctn::tool {
 
-struct PageOptions {
-  std::string file;     // empty: stdout
-  std::string compare;  // another record; empty: none
-};
-
-// Makes and writes it; gives the exit code. `path`: of the record. `all`: figures include the warm-up.
-int report_page(const record::Reader& record, const std::string& path, const PageOptions& options, bool all);
+// `path`: of the record. `compare`: another record, or empty. `all`: figures include the warm-up.
+Result<std::string> report_page(const record::Reader& record, const std::string& path, const std::string& compare,
+                                bool all);
 
 }  // namespace ctn::tool

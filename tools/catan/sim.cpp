@@ -4,6 +4,8 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -120,6 +122,25 @@ struct Simulated {
   int cores = 1;
 };
 
+// Tells which part of several runs is done, when a part of one of them is: one call at a time. From any thread.
+class MeanPart {
+ public:
+  // `tell` may be empty.
+  MeanPart(std::size_t runs, std::function<void(double)> tell) : tell_(std::move(tell)), parts_(runs) {}
+
+  void set(std::size_t run, double part) {
+    if (!tell_) return;
+    const std::lock_guard lock(mutex_);
+    parts_[run] = part;
+    tell_(std::accumulate(parts_.begin(), parts_.end(), 0.0) / static_cast<double>(parts_.size()));
+  }
+
+ private:
+  const std::function<void(double)> tell_;
+  std::mutex mutex_;  // guards `parts_`
+  std::vector<double> parts_;
+};
+
 // All runs of one app, on so many threads. `on_progress`: is called from any of them, one at a time.
 Result<Simulated> simulate_app(const SimOptions& options, const std::string& app_file, const std::string& cost_file,
                                std::size_t threads, const std::function<void(double)>& on_progress = {}) {
@@ -136,17 +157,14 @@ Result<Simulated> simulate_app(const SimOptions& options, const std::string& app
   }
 
   std::vector<std::optional<Result<sim::Outcome>>> outcomes(static_cast<std::size_t>(options.runs));
-  std::function<void(double)> of_the_run;
-  if (on_progress && outcomes.size() == 1) of_the_run = on_progress;
-  sim::Progress ended([&](std::size_t count) {
-    if (on_progress) on_progress(static_cast<double>(count) / static_cast<double>(outcomes.size()));
-  });
+  MeanPart done(outcomes.size(), on_progress);
   sim::for_each_in_parallel(outcomes.size(), threads, [&](std::size_t index) {
     sim::Options of_run = *chosen;
     of_run.clocks = {.seed = options.seed + index, .drift_ppm = options.drift};
-    outcomes[index] = sim::simulate(*app, costs->make(options.seed + index), std::move(of_run),
-                                    to_nanos(Millis{options.seconds * 1000.0}), of_the_run);
-    ended.add();
+    outcomes[index] =
+        sim::simulate(*app, costs->make(options.seed + index), std::move(of_run),
+                      to_nanos(Millis{options.seconds * 1000.0}), [&](double part) { done.set(index, part); });
+    done.set(index, 1.0);
   });
   Simulated simulated{.runs = {}, .cores = chosen->machine.cores};
   for (std::size_t index = 0; index < outcomes.size(); ++index) {

@@ -50,6 +50,8 @@ struct Values {
   std::string name;
   std::vector<double> values;
 };
+constexpr double kMaxValue = 1e6;
+
 Result<Values> parse_values(const std::string& text, const char* option, double min) {
   const std::string hint = fmt::format("write {} NAME=0.5,1,2", option);
   const std::size_t equals = text.rfind('=');
@@ -62,8 +64,8 @@ Result<Values> parse_values(const std::string& text, const char* option, double 
     rest.erase(0, comma + 1);
     char* end = nullptr;
     const double value = std::strtod(item.c_str(), &end);
-    if (item.empty() || *end != '\0' || !(value >= min) || value > 1e6) {
-      return mistake(fmt::format("{}: '{}' is not a number of at least {}", option, item, min), hint);
+    if (item.empty() || *end != '\0' || !(value >= min) || value > kMaxValue) {
+      return mistake(fmt::format("{}: '{}' is not a number from {} to {}", option, item, min, kMaxValue), hint);
     }
     values.values.push_back(value);
   }

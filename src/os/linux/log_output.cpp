@@ -1,18 +1,18 @@
 #include "os/linux/log_output.h"
 
 #include <poll.h>
-#include <pthread.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <condition_variable>
-#include <csignal>
 #include <deque>
 #include <mutex>
 #include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
+
+#include "os/linux/signals_blocked.h"
 
 namespace ctn::os {
 namespace {
@@ -61,20 +61,15 @@ class LogOutput::Writer {
   bool ending_ = false;
 };
 
-// With all signals blocked: they are for threads that expect them.
+// Signals are for threads that expect them.
 bool LogOutput::Writer::start(const std::shared_ptr<Writer>& self) {
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
-  bool started = true;
+  const SignalsBlocked in_the_new_thread;
   try {
     std::thread([self] { self->run(); }).detach();
   } catch (const std::system_error&) {
-    started = false;
+    return false;
   }
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return started;
+  return true;
 }
 
 void LogOutput::Writer::add(const std::shared_ptr<Writer>& self, std::string text) {

@@ -2,13 +2,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <pthread.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -17,6 +15,7 @@
 
 #include "base/text.h"
 #include "os/linux/errno_text.h"
+#include "os/linux/signals_blocked.h"
 
 namespace ctn::os {
 namespace {
@@ -63,21 +62,6 @@ int rename_to_new(const char* from, const char* to) {
   // A file system that cannot do this at once.
   return ::link(from, to) == 0 && ::unlink(from) == 0 ? 0 : errno;
 }
-
-class NoSignals {
- public:
-  NoSignals() {
-    sigset_t all;
-    sigfillset(&all);
-    ::pthread_sigmask(SIG_SETMASK, &all, &before_);
-  }
-  ~NoSignals() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  NoSignals(const NoSignals&) = delete;
-  NoSignals& operator=(const NoSignals&) = delete;
-
- private:
-  sigset_t before_{};
-};
 
 }  // namespace
 
@@ -145,7 +129,7 @@ void WholeFile::take_name_back() {
 }
 
 Status WholeFile::finish(const std::vector<std::unique_ptr<WholeFile>>& files) {
-  const NoSignals while_they_are_named;
+  const SignalsBlocked while_they_are_named;
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (Status named = files[i]->give_name(); !named) {
       for (std::size_t before = 0; before < i; ++before) files[before]->take_name_back();
