@@ -18,6 +18,7 @@ bool read_flags(std::string_view text, Binding& binding) {
                         : flag == "itself" ? &binding.runs_by_itself
                         : flag == "world"  ? &binding.always_gives_output
                         : flag == "within" ? &binding.feeds_own_program
+                        : flag == "behind" ? &binding.is_behind
                                            : nullptr;
     if (field == nullptr) return false;
     *field = true;
@@ -75,6 +76,7 @@ std::string to_text(const std::vector<Binding>& bindings) {
     if (binding.runs_by_itself) set.emplace_back("itself");
     if (binding.always_gives_output) set.emplace_back("world");
     if (binding.feeds_own_program) set.emplace_back("within");
+    if (binding.is_behind) set.emplace_back("behind");
     const std::string flags = list_text(set);
     const std::string predecessors = list_text(binding.predecessors);
     const std::string topics = list_text(binding.output_topics);
@@ -123,14 +125,11 @@ bool is_same_period(std::chrono::nanoseconds named, std::chrono::nanoseconds ask
 
 const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period,
                           std::string_view nodelet) {
-  const auto find = [&](bool exactly) {
+  return find_by_period(period, [&](const auto& fits) {
     return find_of_nodelet(bindings, nodelet, [&](const Binding& binding) {
-      return binding.kind == Binding::Kind::kTimer &&
-             (exactly ? binding.period == period : is_same_period(binding.period, period));
+      return binding.kind == Binding::Kind::kTimer && fits(binding.period);
     });
-  };
-  const Binding* const exact = find(true);
-  return exact != nullptr ? exact : find(false);
+  });
 }
 
 }  // namespace catan_ros

@@ -4,8 +4,9 @@
 //   GL<tab>/localiser<tab>-<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map<tab>GP,NC
 //
 // are node, program (ROS: the ROS node; ILLIXR: the plugin), nodelet of it (none: any), kind, name (of a timer: its
-// period in ns; of a loop: nothing), what is said of the node (queue, itself, world, within, separated by commas), its
-// predecessors, the topics that its successors are bound to (none: any counts), and its successors. Empty fields are
+// period in ns; of a loop: nothing), what is said of the node (queue, itself, world, within, behind, separated by
+// commas), its predecessors, the topics that its successors are bound to (none: any counts), and its successors. Empty
+// fields are
 // "-".
 //
 // Thread safety: pure functions, plain values.
@@ -39,6 +40,7 @@ struct Binding {
   bool runs_by_itself = false;               // an unscheduled node with a period
   bool always_gives_output = false;          // nothing of the app comes after it
   bool feeds_own_program = false;            // what comes after it is of the same ROS node
+  bool is_behind = false;                    // in its subchain: a run of the one before it triggers it
   std::vector<std::string> predecessors{};   // nodes that its messages may come from
   std::vector<std::string> output_topics{};  // of its successors; empty: what it publishes anywhere is its output
   std::vector<std::string> successors{};     // nodes of programs, which may take its data by other topics as well
@@ -63,7 +65,14 @@ const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind ki
                           std::string_view nodelet);
 // Whether who names that period means a timer of the other: to 0.1 %, since 1.0 / 30 s has no end.
 bool is_same_period(std::chrono::nanoseconds named, std::chrono::nanoseconds asked_for);
-// One whose period is exact comes first.
+// What `find(fits)` points to, which it takes of those whose named period `fits`: exactly; else, where that is null, to
+// 0.1 %.
+template <class Find>
+auto find_by_period(std::chrono::nanoseconds asked_for, const Find& find) {
+  const auto exact = find([&](std::chrono::nanoseconds named) { return named == asked_for; });
+  return exact != nullptr ? exact
+                          : find([&](std::chrono::nanoseconds named) { return is_same_period(named, asked_for); });
+}
 const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period,
                           std::string_view nodelet);
 

@@ -17,6 +17,7 @@ std::vector<Binding> some_bindings() {
   match.successors = {"GP", "NC"};
   Binding save{.node = "save", .ros_node = "/localiser", .kind = Binding::Kind::kService, .name = "/save"};
   save.always_gives_output = true;
+  save.is_behind = true;
   Binding loop{.node = "show", .ros_node = "timewarp", .kind = Binding::Kind::kLoop};
   Binding turn{.node = "turn", .ros_node = "/manager", .nodelet = "/turn", .name = "/image"};
   return {scan, match, save, loop, turn};

@@ -66,16 +66,13 @@ void ExecutorProgram::stop() {
 
 ExecutorCallback* ExecutorProgram::find(const std::string& ros_node, Binding::Kind kind, const std::string& name,
                                         std::chrono::nanoseconds period) {
-  const auto find = [&](bool exactly) {
-    return std::find_if(callbacks_.begin(), callbacks_.end(), [&](const ExecutorCallback& one) {
+  return find_by_period(period, [&](const auto& fits) {
+    const auto found = std::find_if(callbacks_.begin(), callbacks_.end(), [&](const ExecutorCallback& one) {
       const Binding& binding = one.binding();
-      return binding.ros_node == ros_node && binding.kind == kind && binding.name == name &&
-             (exactly ? binding.period == period : is_same_period(binding.period, period));
+      return binding.ros_node == ros_node && binding.kind == kind && binding.name == name && fits(binding.period);
     });
-  };
-  auto found = find(true);
-  if (found == callbacks_.end()) found = find(false);
-  return found != callbacks_.end() ? &*found : nullptr;
+    return found != callbacks_.end() ? &*found : nullptr;
+  });
 }
 
 }  // namespace catan_ros

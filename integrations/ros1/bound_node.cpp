@@ -49,6 +49,8 @@ BoundCallbackOptions options_of(const Binding& binding) {
   options.takes_all = !options.takes_newest;
   options.runs_by_itself = binding.runs_by_itself;
   options.always_gives_output = binding.gives_output_unseen();
+  // Nobody may ask for it at all, and the nodes before it are not to wait for that.
+  if (binding.kind == Binding::Kind::kService && binding.is_behind) options.patience = std::chrono::nanoseconds{0};
   return options;
 }
 

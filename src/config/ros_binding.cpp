@@ -133,29 +133,74 @@ Status check_without_nodelets(const std::vector<RosBinding>& bindings, const gra
   return Done{};
 }
 
+namespace {
+
+// What a service may wait for, and the node whose run then waits for its answer.
+struct WaitForEachOther {
+  NodeId caller;
+  bool in_its_subchain;  // else a trigger by outputs
+};
+
+const RosCallback* find_callback(const std::vector<RosBinding>& bindings, NodeId node) {
+  const auto found = std::find_if(bindings.begin(), bindings.end(),
+                                  [node](const RosBinding& binding) { return binding.node == node; });
+  return found == bindings.end() ? nullptr : &found->callback;
+}
+
 // Of its own program a callback cannot call a service: the spinner is in the callback. There it gives data by memory.
+bool may_call(const RosCallback* caller, const RosCallback& service) {
+  return caller != nullptr && (caller->node != service.node || caller->nodelet != service.nodelet);
+}
+
+// A subchain with trigger: any may follow any other; what is unscheduled triggers those that it feeds.
+bool may_trigger(const graph::App& app, NodeId node, NodeId head) {
+  const graph::Node& from = app.graph.node(node);
+  const graph::TriggerBy by = app.graph.node(head).trigger;
+  if (by == graph::TriggerBy::kTime) return false;
+  if (from.subchain) return by == graph::TriggerBy::kAny && from.subchain != app.graph.node(head).subchain;
+  return std::find(from.successors.begin(), from.successors.end(), head) != from.successors.end();
+}
+
+std::optional<WaitForEachOther> find_caller(const std::vector<RosBinding>& bindings, const graph::App& app,
+                                            const RosBinding& service) {
+  const graph::Subchain& subchain = app.graph.subchain(*app.graph.node(service.node).subchain);
+  for (const NodeId before : subchain.nodes) {
+    if (before == service.node) break;
+    if (may_call(find_callback(bindings, before), service.callback)) return WaitForEachOther{before, true};
+  }
+  for (const RosBinding& other : bindings) {
+    if (!may_trigger(app, other.node, subchain.head())) continue;
+    if (may_call(&other.callback, service.callback)) return WaitForEachOther{other.node, false};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 Status check_services(const std::vector<RosBinding>& bindings, const graph::App& app) {
   Problems problems;
-  for (const auto& [node, callback] : bindings) {
-    const std::optional<SubchainId> subchain = app.graph.node(node).subchain;
-    if (callback.kind != RosCallback::Kind::kService || !subchain) continue;
-    for (const NodeId before : app.graph.subchain(*subchain).nodes) {
-      if (before == node) break;
-      const auto other = std::find_if(bindings.begin(), bindings.end(),
-                                      [before](const RosBinding& binding) { return binding.node == before; });
-      const bool may_call = other != bindings.end() &&
-                            (other->callback.node != callback.node || other->callback.nodelet != callback.nodelet);
-      if (!may_call) continue;
-      const std::string& name = app.graph.node(node).name;
-      const std::string& caller = app.graph.node(before).name;
-      problems.add(callback.place, fmt::format("{}: ros.service", name),
-                   fmt::format("in subchain {} it is triggered behind {}: if {} calls {}, both wait for each other "
-                               "for ever",
-                               quote(app.graph.subchain(*subchain).name), quote(caller), caller, callback.name),
+  for (const RosBinding& service : bindings) {
+    const std::optional<SubchainId> subchain = app.graph.node(service.node).subchain;
+    if (service.callback.kind != RosCallback::Kind::kService || !subchain) continue;
+    const std::optional<WaitForEachOther> wait = find_caller(bindings, app, service);
+    if (!wait) continue;
+    const std::string& name = app.graph.node(service.node).name;
+    const std::string& caller = app.graph.node(wait->caller).name;
+    const std::string& head = app.graph.node(app.graph.subchain(*subchain).head()).name;
+    const std::string if_called =
+        fmt::format("if {} calls {}, both wait for each other for ever", caller, service.callback.name);
+    const std::string key = fmt::format("{}: ros.service", name);
+    if (wait->in_its_subchain) {
+      problems.add(service.callback.place, key,
+                   fmt::format("in subchain {} it is triggered behind {}: {}",
+                               quote(app.graph.subchain(*subchain).name), quote(caller), if_called),
                    fmt::format("leave {} out of the subchain, with trigger: time; if it works with what {} publishes, "
                                "bind the callback that gets that, by topic:",
                                quote(name), quote(caller)));
-      break;
+    } else {
+      problems.add(service.callback.place, key,
+                   fmt::format("outputs of {} may trigger it: {}", quote(caller), if_called),
+                   fmt::format("write trigger: time in nodes.{}", head));
     }
   }
   if (!problems.empty()) return std::move(problems).to_error();

@@ -59,9 +59,10 @@ std::vector<NodeId> nodes_needing_input(const std::vector<RosBinding>& bindings)
 // Errors (kCaller): one of these names a nodelet, of which ROS 2 has none.
 Status check_without_nodelets(const std::vector<RosBinding>& bindings, const graph::App& app);
 
-// Of ROS 1, where who calls a service waits for its answer within its own callback. Errors (kCaller): in a subchain a
-// service is behind a node of another program or nodelet. If that one calls it, both stand still: the service waits for
-// the end of the run that waits for it.
+// Of ROS 1, where who calls a service waits for its answer within its own callback. Errors (kCaller): a service is
+// behind a node of another program or nodelet in its subchain, or may be triggered by outputs of such a node, since its
+// subchain does not have `trigger: time`. If that one calls it, both stand still: the service waits for the end of the
+// run that waits for it.
 Status check_services(const std::vector<RosBinding>& bindings, const graph::App& app);
 
 // What an app file says, which has been read as `app`, in the order of its nodes. Errors (kCaller): two nodes are one

@@ -157,6 +157,36 @@ objective: [{ response_time: [scan, GL, GP], weight: 1 }]
       << "in one program data goes by memory";
 }
 
+// The planner may have any subchain follow any other, unless the app file says by what it is triggered.
+TEST(RosBinding, AServiceThatOutputsOfItsCallerMayTriggerIsRefused) {
+  const auto check = [](const std::string& service, const std::string& caller, const std::string& bound) {
+    const std::string text = "catan: 1\napp: robot\nnodes: { scan: " + caller + ", GL: {}, GP: " + service +
+                             " }\nedges: [scan -> GP, GL -> GP]\nsubchains: {}\n"
+                             "objective: [{ response_time: [GL, GP], weight: 1 }]\n";
+    const auto app = parse_app(text, "app.yaml");
+    EXPECT_TRUE(app.ok()) << app.error().message();
+    if (!app.ok()) return std::string();
+    const auto bindings =
+        ros_bindings(text, "app.yaml", *app,
+                     "catan: 1\nros:\n  GP: { node: /planner, service: /plan }\n  " + bound + "\n", "bind.yaml");
+    EXPECT_TRUE(bindings.ok()) << bindings.error().message();
+    const Status fits = bindings.ok() ? check_services(*bindings, *app) : Status(bindings.error());
+    return fits.ok() ? std::string("accepted") : fits.error().message();
+  };
+  const std::string gl = "GL: { node: /localiser, topic: /scan }";
+  EXPECT_EQ(check("{}", "{}", gl),
+            "bind.yaml:3:7: GP: ros.service: outputs of 'GL' may trigger it: if GL calls /plan, both wait for each "
+            "other for ever; write trigger: time in nodes.GP");
+  EXPECT_EQ(check("{ trigger: time }", "{}", gl), "accepted");
+  EXPECT_EQ(check("{}", "{}", "GL: { node: /planner, topic: /scan }"), "accepted") << "of the same program";
+  const std::string scan = "scan: { node: /laser, timer: 50ms }";
+  const std::string unscheduled = "{ unscheduled: true, period: 50ms }";
+  EXPECT_THAT(check("{}", unscheduled, scan), HasSubstr("outputs of 'scan' may trigger it"));
+  EXPECT_THAT(check("{ trigger: arrival }", unscheduled, scan), HasSubstr("outputs of 'scan' may trigger it"));
+  EXPECT_EQ(check("{ trigger: arrival }", unscheduled, gl), "accepted") << "GL cannot trigger it";
+  EXPECT_EQ(check("{ trigger: time }", unscheduled, scan), "accepted");
+}
+
 TEST(RosBinding, WhatIsWrongWithABindFileIsToldWithItsPlace) {
   EXPECT_THAT(refused("catan: 1\nros: { none: { node: /a, topic: /b } }\n"),
               HasSubstr("bind.yaml:2:8: ros.none: app robot has no node 'none'"));

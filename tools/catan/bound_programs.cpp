@@ -69,6 +69,7 @@ std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph,
     one.always_gives_output = std::all_of(node.successors.begin(), node.successors.end(),
                                           [&](NodeId successor) { return graph.node(successor).external; });
     one.feeds_own_program = feeds_own_program(graph, callback, callbacks);
+    one.is_behind = node.subchain && graph.subchain(*node.subchain).head() != callback.node;
     for (const NodeId predecessor : node.predecessors) {
       if (!graph.node(predecessor).external) one.predecessors.push_back(graph.node(predecessor).name);
     }

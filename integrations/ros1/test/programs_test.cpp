@@ -252,6 +252,26 @@ TEST_F(ProgramsTest, WhoShutsAServiceDownDoesNotWaitForItsCallback) {
   EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
 }
 
+// It waited half a second for a request whenever the timer had run.
+TEST_F(ProgramsTest, AServiceThatNobodyAsksDoesNotHoldUpTheNodeBeforeIt) {
+  write("app.yaml", R"(catan: 1
+app: pair
+nodes: { look: { fallback_rate: 20Hz }, answer: {} }
+edges: [ look -> answer ]
+subchains: { pair: [look, answer] }
+objective: [ { response_time: [look, answer], weight: 1 } ]
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  look: { node: /worker, timer: 20ms }
+  answer: { node: /worker, service: /question }
+)");
+  write_launcher({"worker --timer 20 --service /question --counts worker.json"});
+  const int run = start_under_catan("--scheduler catan -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "calls", 120)) << "in 20 s; " << text_of(path("run.err"));
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
+}
+
 // It waits for a trigger, whatever queue was enough for a spinner.
 TEST_F(ProgramsTest, AQueueNodeGetsAllThatHasCome) {
   write_app_of_work("fallback_rate: 10Hz, input: queue");
