@@ -90,8 +90,8 @@ class BoundCallback {
   // By the first of these: makes the calls that have come, outside of any run.
   void call_rest();
 
-  // After something was put into the inbox: where only the newest counts, those before the newest two are let go of. So
-  // they do not pile up while no trigger comes.
+  // After something was put into the inbox: where only the newest counts, those before it are let go of. So they do not
+  // pile up while no trigger comes, and a run need not do it first.
   void let_go_of_older();
 
   // Until the schedule or the inbox is stopped.

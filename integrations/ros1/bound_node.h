@@ -66,6 +66,8 @@ class BoundNode final {
   void note_sending(const std::string& topic);
   void note_published(const std::string& topic);
   void note_sent(MessageRuns::Key key);
+  // It handles a message, of which nothing more need be known.
+  void note_message() { has_message_ = true; }
   void note_taken(MessageRuns::Key key);
   void note_let_go(MessageRuns::Key key);
 
