@@ -48,6 +48,7 @@ bool BoundCallback::run_once(Schedule& schedule) {
   t_current = nullptr;
   schedule.end(calls > 0 && (output_ || options_.always_gives_output));
   turn_.give_back();
+  if (calls > 0 && after_call_) after_call_();
   return true;
 }
 

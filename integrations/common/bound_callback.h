@@ -78,6 +78,10 @@ class BoundCallback {
   // come, so that these need not wait for a thread of the framework's.
   void set_look_for_messages(std::function<void()> look) { look_for_messages_ = std::move(look); }
 
+  // What is called after each run that called something, with the turn given back: who waits for the framework to call
+  // something may want to know.
+  void set_after_call(std::function<void()> after) { after_call_ = std::move(after); }
+
   // By the thread that is in run(): from now on each run that calls something gives output.
   void set_always_gives_output() { options_.always_gives_output = true; }
 
@@ -127,6 +131,7 @@ class BoundCallback {
   std::function<bool()> without_message_;
   std::function<std::optional<Time>()> newest_sent_;
   std::function<void()> look_for_messages_;
+  std::function<void()> after_call_;
   std::function<void()> let_go_;
   std::function<void()> take_back_;
   bool output_ = false;

@@ -321,6 +321,17 @@ TEST_F(BoundCallbackTest, WhatTheServerHasLetGoOfIsCalledOutsideOfRuns) {
   EXPECT_FALSE(has_run);
 }
 
+TEST_F(BoundCallbackTest, WhatComesAfterACallComesWhenTheTurnIsGivenBack) {
+  BoundCallback callback({.patience = 0ms}, inbox, turn);
+  callback.set_after_call([this] { log.emplace_back("after"); });
+  put("message", false);
+  PlayedSchedule schedule(2, log);
+  callback.run(schedule);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "message", "end", "give back", "after",  //
+                               "begin", "end"))
+      << "not after a run that called nothing";
+}
+
 // Guards: they piled up to the size of the program's queue as long as no trigger came.
 TEST_F(BoundCallbackTest, WhereOnlyTheNewestCountsItIsKeptUntilTheTrigger) {
   BoundCallback callback({.takes_newest = true}, inbox, turn);

@@ -140,6 +140,7 @@ BoundNode::BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessa
   if (message_runs_ != nullptr && !binding_.predecessors.empty()) {
     callback_.set_newest_sent([this] { return newest_sent(); });
   }
+  callback_.set_after_call([this] { wake_loop(); });
   callback_.set_let_go([this] { bind(false); }, [this] { take_back(); });
 }
 
@@ -210,7 +211,18 @@ bool BoundNode::is_being_removed(std::uint64_t id) const {
 // Precondition: bound_mutex_ is held.
 void BoundNode::give_node_to_first() {
   ros::CallbackQueueInterface& queue = candidates_.front()->original_;
-  if (std::exchange(queue_of_turn_, &queue) != &queue) turn_.set(make_turn(queue));
+  if (std::exchange(queue_of_turn_, &queue) == &queue) return;
+  turn_.set(make_turn(queue));
+  turns_of_queue_.store(turns_of(queue));
+}
+
+// As long as there is a candidate, the program has not given up its queue.
+void BoundNode::wake_loop() {
+  const TurnsOfQueue* const turns = turns_of_queue_.load();
+  if (turns == nullptr || !turns->has_waiting_loop()) return;
+  const std::lock_guard lock(bound_mutex_);
+  if (candidates_.empty()) return;
+  if (TurnsOfQueue* const now = turns_of_queue_.load()) now->wake_loop(candidates_.front()->original_);
 }
 
 void BoundNode::put(Candidate& from, const ros::CallbackInterfacePtr& callback, std::uint64_t id) {

@@ -222,12 +222,20 @@ void share(pid_t thread) { g_program->share_thread(thread); }
 
 void shut_down() { g_program->stop(); }
 
-void enter(const ros::CallbackQueue* queue) {
-  if (Turns* const turns = find_turns(queue)) turns->enter();
+// As long as a loop is known to wait, it has no turn: a run is before that, or it wakes the loop.
+bool enter(const ros::CallbackQueue* queue, bool in_loop) {
+  TurnsOfQueue* const turns = find_turns(queue);
+  if (turns == nullptr) return false;
+  if (in_loop) turns->begin_loop();
+  turns->enter();
+  return in_loop;
 }
 
-void leave(const ros::CallbackQueue* queue) {
-  if (Turns* const turns = find_turns(queue)) turns->leave();
+void leave(const ros::CallbackQueue* queue, bool in_loop) {
+  TurnsOfQueue* const turns = find_turns(queue);
+  if (turns == nullptr) return;
+  turns->leave();
+  if (in_loop) turns->end_loop();
 }
 
 void* begin(const ros::CallbackQueue* queue) {
