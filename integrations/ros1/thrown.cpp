@@ -6,6 +6,7 @@
 
 #include <boost/make_shared.hpp>
 
+#include "common/bound_callback.h"
 #include "common/thrown.h"
 
 namespace catan_ros {
@@ -22,6 +23,7 @@ class Thrown final : public ros::CallbackInterface {
 
 // By a handler of the exception. Under an id of its own: who removes the callback has not seen yet what it threw.
 void hand_on(ros::CallbackQueueInterface& queue) {
+  if (BoundCallback::current() == nullptr) throw;
   const auto thrown = boost::make_shared<Thrown>();
   queue.addCallback(thrown, reinterpret_cast<std::uint64_t>(thrown.get()));
 }
