@@ -30,7 +30,13 @@ void AskedCallbacks::note_timer(std::chrono::nanoseconds period, const std::stri
   add({Binding::Kind::kTimer, period_text(period), nodelet});
 }
 
+void AskedCallbacks::finish() {
+  finished_ = true;
+  all_ = {};
+}
+
 void AskedCallbacks::add(Asked asked) {
+  if (finished_) return;
   if (std::find(all_.begin(), all_.end(), asked) == all_.end()) all_.push_back(std::move(asked));
 }
 

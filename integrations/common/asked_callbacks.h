@@ -22,6 +22,9 @@ class AskedCallbacks {
   // /data, /ticks, and timers of 20 ms (50 Hz)", or that it has none.
   std::string text_for(const Binding& binding) const;
 
+  // All has been told: lets go of what it knows, and notes nothing from now on.
+  void finish();
+
  private:
   struct Asked {
     Binding::Kind kind = Binding::Kind::kTopic;
@@ -35,6 +38,7 @@ class AskedCallbacks {
   std::vector<std::string> nodelets() const;
 
   std::vector<Asked> all_;
+  bool finished_ = false;
 };
 
 // "33.333 ms (30 Hz)".

@@ -41,5 +41,16 @@ TEST(AskedCallbacks, OfANodeletThatIsNamedThoseOfItAlone) {
   EXPECT_EQ(asked.text_for(missing()), "it has subscriptions of /images, /other");
 }
 
+// A program may subscribe again and again for as long as it runs.
+TEST(AskedCallbacks, OnceAllIsToldNothingIsKept) {
+  AskedCallbacks asked;
+  asked.note(Binding::Kind::kTopic, "/before", "");
+  asked.finish();
+  asked.note(Binding::Kind::kTopic, "/after", "/proc");
+  asked.note_timer(20ms, "");
+  EXPECT_EQ(asked.text_for(missing()), "it has no callbacks of topics, timers or services");
+  EXPECT_EQ(asked.text_for(missing("/proc")), "no callback of a nodelet is known there");
+}
+
 }  // namespace
 }  // namespace catan_ros

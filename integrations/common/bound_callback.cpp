@@ -13,9 +13,6 @@ thread_local bool t_discarding = false;
 constexpr std::chrono::milliseconds kBetweenTries{1};
 constexpr int kMaxTries = 100;
 
-// The newest, and one that is left over.
-constexpr std::size_t kKeptAtMost = 2;
-
 }  // namespace
 
 BoundCallback* BoundCallback::current() { return t_current; }
@@ -51,6 +48,7 @@ bool BoundCallback::run_once(Schedule& schedule) {
   t_current = nullptr;
   schedule.end(calls > 0 && (output_ || options_.always_gives_output));
   turn_.give_back();
+  if (calls > 0 && after_call_) after_call_();
   return true;
 }
 
@@ -69,7 +67,7 @@ void BoundCallback::let_go_of_older() {
   if (!options_.takes_newest) return;
   const Discard discard;
   for (;;) {
-    const std::optional<Outcome> outcome = inbox_.call_first_beyond(kKeptAtMost);
+    const std::optional<Outcome> outcome = inbox_.call_first_beyond(1);
     if (!outcome || *outcome == Outcome::kAgain) return;
   }
 }
@@ -80,10 +78,8 @@ bool BoundCallback::wait_for_message() {
   return without_message_ ? inbox_.size() > 0 : inbox_.wait(options_.patience);
 }
 
-// Of several messages that lie there the newest may be that one: whether it is, frameworks that keep no more do not
-// tell.
 void BoundCallback::wait_for_newer_message() {
-  if (!options_.takes_newest || options_.runs_by_itself || !newest_sent_ || inbox_.size() != 1) return;
+  if (!options_.takes_newest || options_.runs_by_itself || !newest_sent_) return;
   if (const std::optional<Time> sent = newest_sent_()) inbox_.wait_for_newer(*sent, options_.newer_patience);
 }
 

@@ -78,6 +78,10 @@ class BoundCallback {
   // come, so that these need not wait for a thread of the framework's.
   void set_look_for_messages(std::function<void()> look) { look_for_messages_ = std::move(look); }
 
+  // What is called after each run that called something, with the turn given back: who waits for the framework to call
+  // something may want to know.
+  void set_after_call(std::function<void()> after) { after_call_ = std::move(after); }
+
   // By the thread that is in run(): from now on each run that calls something gives output.
   void set_always_gives_output() { options_.always_gives_output = true; }
 
@@ -90,8 +94,8 @@ class BoundCallback {
   // By the first of these: makes the calls that have come, outside of any run.
   void call_rest();
 
-  // After something was put into the inbox: where only the newest counts, those before the newest two are let go of. So
-  // they do not pile up while no trigger comes.
+  // After something was put into the inbox: where only the newest counts, those before it are let go of. So they do not
+  // pile up while no trigger comes, and a run need not do it first.
   void let_go_of_older();
 
   // Until the schedule or the inbox is stopped.
@@ -127,6 +131,7 @@ class BoundCallback {
   std::function<bool()> without_message_;
   std::function<std::optional<Time>()> newest_sent_;
   std::function<void()> look_for_messages_;
+  std::function<void()> after_call_;
   std::function<void()> let_go_;
   std::function<void()> take_back_;
   bool output_ = false;

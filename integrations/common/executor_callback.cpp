@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/bound_callback.h"
+#include "common/thrown.h"
 
 namespace catan_ros {
 namespace {
@@ -139,7 +140,23 @@ bool ExecutorCallback::call_directly() {
     const std::lock_guard lock(mutex_);
     direct = callback_.direct;
   }
-  return direct && direct();
+  return direct && call_handing_on_exceptions(direct);
+}
+
+// By the node's thread, in a run or not: nobody of the program could catch it there.
+bool ExecutorCallback::call_handing_on_exceptions(const std::function<bool()>& call) {
+  return call_handing_on(call, true, [this] { hand_on(); });
+}
+
+// By the handler of the exception.
+void ExecutorCallback::hand_on() {
+  std::function<void(std::exception_ptr)> thrown;
+  {
+    const std::lock_guard lock(mutex_);
+    thrown = callback_.thrown;
+  }
+  if (!thrown) throw;
+  thrown(std::current_exception());
 }
 
 void ExecutorCallback::collect() {
@@ -171,7 +188,7 @@ void ExecutorCallback::put(Call call) {
                            if (run != 0) note_taken_from(predecessor, run);
                          }
                        }
-                       return made() ? Outcome::kCalled : Outcome::kNothing;
+                       return call_handing_on_exceptions(made) ? Outcome::kCalled : Outcome::kNothing;
                      }};
   if (binding().handles_all()) {
     inbox_.put(std::move(entry));

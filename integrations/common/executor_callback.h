@@ -17,6 +17,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -47,6 +48,9 @@ class ExecutorCallback final : public LocalNode {
     std::function<std::optional<Call>()> take;  // the framework's next message; empty: only the executor has them
     std::function<bool()> direct;               // a timer's, which a trigger calls whether it is due or not; else empty
     PriorityMutex* exclusion = nullptr;         // outlives this; null: it may be called at any time
+    // Gets what a call throws, which is to come out of the executor; the run goes on to its end. Empty: it ends the
+    // program, as what a thread throws.
+    std::function<void(std::exception_ptr)> thrown = {};
   };
 
   // `run_times` outlives it.
@@ -78,6 +82,8 @@ class ExecutorCallback final : public LocalNode {
   void let_go(BoundCallback& callback, Turn& turn);
   bool call_directly();
   void put(Call call);
+  bool call_handing_on_exceptions(const std::function<bool()>& call);
+  void hand_on();
 
   RunTimes& run_times_;
   const Attach attach_;

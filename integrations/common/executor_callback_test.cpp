@@ -5,12 +5,16 @@
 
 #include <chrono>
 #include <deque>
+#include <exception>
 #include <future>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "common/testing/played_runs.h"
+#include "common/thrown.h"
 
 namespace catan_ros {
 namespace {
@@ -36,7 +40,8 @@ class ExecutorCallbackTest : public testing::Test {
     auto made = std::make_unique<ExecutorCallback>(
         binding, *times,
         [this](const std::atomic<bool>&, const std::function<void()>&) { return std::make_unique<PlayedRuns>(play); });
-    made->connect({[this] { return next(); }, {}, &exclusion});
+    made->connect(
+        {[this] { return next(); }, {}, &exclusion, [this](std::exception_ptr one) { thrown.put(std::move(one)); }});
     made->start();
     EXPECT_TRUE(made->bound());
     return made;
@@ -70,7 +75,51 @@ class ExecutorCallbackTest : public testing::Test {
   std::mutex mutex;
   std::deque<ExecutorCallback::Call> history;
   std::vector<int> called;
+  ThrownExceptions thrown;
 };
+
+// As without Catan, where the executor calls it; the node goes on, and publishes what it had before.
+TEST_F(ExecutorCallbackTest, WhatACallbackThrowsComesOutOfTheExecutorOnce) {
+  const auto callback = started(detector());
+  history.push_back({0, []() -> bool {
+                       BoundCallback::current()->note_output();
+                       throw std::range_error("of the callback");
+                     }});
+  run_once(1);
+  arrive(2);
+  run_once(2);
+  end(*callback);
+  EXPECT_THROW(thrown.throw_first(), std::range_error);
+  EXPECT_NO_THROW(thrown.throw_first());
+  EXPECT_THAT(called, ElementsAre(2));
+  EXPECT_EQ(play.text(), "1 with output; 2 without; ");
+}
+
+TEST_F(ExecutorCallbackTest, SoDoesWhatIsThrownWhileItsSubchainIsLetGoOf) {
+  const auto callback = started(detector());
+  history.push_back({0, []() -> bool { throw std::range_error("of the callback"); }});
+  callback->collect();
+  play.let_go();
+  EXPECT_THROW(thrown.throw_first(), std::range_error);
+  end(*callback);
+}
+
+TEST_F(ExecutorCallbackTest, SoDoesWhatATimerThrows) {
+  Binding binding = detector();
+  binding.kind = Binding::Kind::kTimer;
+  ExecutorCallback callback(binding, *times, [this](const std::atomic<bool>&, const std::function<void()>&) {
+    return std::make_unique<PlayedRuns>(play);
+  });
+  callback.connect({{},
+                    []() -> bool { throw std::range_error("of the timer"); },
+                    &exclusion,
+                    [this](std::exception_ptr one) { thrown.put(std::move(one)); }});
+  callback.start();
+  run_once(1);
+  end(callback);
+  EXPECT_THROW(thrown.throw_first(), std::range_error);
+  EXPECT_TRUE(thrown.empty());
+}
 
 TEST_F(ExecutorCallbackTest, WhileItsSubchainIsLetGoOfTheExecutorCalls) {
   const auto callback = started(detector());

@@ -22,6 +22,7 @@ class Inbox::EndOfCall {
 
 void Inbox::put(Entry entry) {
   const std::lock_guard lock(mutex_);
+  several_ = several_ || !entries_.empty();
   entries_.push_back(std::move(entry));
   last_put_ = std::chrono::steady_clock::now();
   changed_.notify_all();
@@ -43,6 +44,7 @@ void Inbox::remove(Id id, UnderWay call) {
   std::deque<Entry> kept;
   for (Entry& entry : entries_) (entry.id == id ? removed : kept).push_back(std::move(entry));
   entries_ = std::move(kept);
+  several_ = several_ && !entries_.empty();
   while (call == UnderWay::kIsWaitedFor && is_under_way_elsewhere(id)) changed_.wait(mutex_);
 }
 
@@ -59,17 +61,17 @@ bool Inbox::is_under_way_elsewhere(std::optional<Id> id) const {
 
 std::optional<Outcome> Inbox::call_first() {
   const std::lock_guard lock(calling_);
-  return call_front();
+  return call_front(Caller::kNode);
 }
 
 std::optional<Outcome> Inbox::call_first_beyond(std::size_t kept) {
   if (!calling_.try_lock()) return std::nullopt;
   const std::lock_guard lock(calling_, std::adopt_lock);
-  return size() > kept ? call_front() : std::nullopt;
+  return size() > kept ? call_front(Caller::kAny) : std::nullopt;
 }
 
 // Precondition: calling_ is held.
-std::optional<Outcome> Inbox::call_front() {
+std::optional<Outcome> Inbox::call_front(Caller caller) {
   std::optional<Entry> first;
   {
     const std::lock_guard lock(mutex_);
@@ -77,6 +79,7 @@ std::optional<Outcome> Inbox::call_front() {
     first = std::move(entries_.front());
     entries_.pop_front();
     under_way_ = Call{first->id, std::this_thread::get_id()};
+    if (caller == Caller::kNode) several_ = false;
   }
   const EndOfCall end(*this);
   const Outcome outcome = first->call();
@@ -99,6 +102,7 @@ bool Inbox::call_without_entry(const std::function<bool()>& call) {
 
 std::deque<Inbox::Entry> Inbox::take_all() {
   const std::lock_guard lock(mutex_);
+  several_ = false;
   return std::exchange(entries_, {});
 }
 
@@ -129,6 +133,7 @@ bool Inbox::wait(std::optional<std::chrono::nanoseconds> patience) const {
 void Inbox::wait_for_newer(std::chrono::steady_clock::time_point since, std::chrono::nanoseconds patience) const {
   const std::lock_guard lock(mutex_);
   const auto until = std::chrono::steady_clock::now() + patience;
+  if (several_) return;
   while (last_put_ < since && !stopped_.load()) {
     if (!changed_.wait_until(mutex_, until)) return;
   }

@@ -59,7 +59,9 @@ class Inbox {
   // Until there is a call; false: there was none in that time, or none is expected now, or it was stopped. Without
   // `patience` for as long as it takes.
   bool wait(std::optional<std::chrono::nanoseconds> patience) const;
-  // Until what was put last came at `since` or later, at most for `patience`.
+  // Until what was put last came at `since` or later, at most for `patience`. Not at all where several entries have
+  // lain there at once since the node's last call: the newest may be that one, and whether it is, frameworks that keep
+  // no more do not tell.
   void wait_for_newer(std::chrono::steady_clock::time_point since, std::chrono::nanoseconds patience) const;
   void stop();
   const std::atomic<bool>& stopped() const { return stopped_; }
@@ -73,7 +75,8 @@ class Inbox {
   // By the thread that makes the call: it is under way until this is let go.
   class EndOfCall;
 
-  std::optional<Outcome> call_front();
+  enum class Caller { kNode, kAny };
+  std::optional<Outcome> call_front(Caller caller);
   bool is_under_way_elsewhere(std::optional<Id> id) const;
 
   PriorityMutex calling_;  // held while the first call is made
@@ -83,6 +86,7 @@ class Inbox {
   std::optional<Call> under_way_;
   std::chrono::steady_clock::time_point last_put_{};
   bool expected_ = true;
+  bool several_ = false;  // lay there at once, since call_first()
   std::atomic<bool> stopped_{false};
 };
 

@@ -30,18 +30,6 @@ constexpr std::chrono::milliseconds kRegister{500};
 
 thread_local BoundNode* t_node = nullptr;
 
-Outcome to_outcome(ros::CallbackInterface::CallResult result) {
-  switch (result) {
-    case ros::CallbackInterface::Success:
-      return Outcome::kCalled;
-    case ros::CallbackInterface::TryAgain:
-      return Outcome::kAgain;
-    case ros::CallbackInterface::Invalid:
-      break;
-  }
-  return Outcome::kNothing;
-}
-
 // A run handles all that is in the inbox, or the newest message of a subscription whose input is `latest`.
 BoundCallbackOptions options_of(const Binding& binding) {
   BoundCallbackOptions options;
@@ -151,7 +139,10 @@ BoundNode::BoundNode(Binding binding, MessageRuns* message_runs, const KeptMessa
       callback_(options_of(binding_), inbox_, turn_) {
   const bool is_triggered_timer = binding_.kind == Binding::Kind::kTimer && !binding_.runs_by_itself;
   if (is_triggered_timer) callback_.set_without_message([this] { return call_directly(); });
-  if (message_runs_ != nullptr) callback_.set_newest_sent([this] { return newest_sent(); });
+  if (message_runs_ != nullptr && !binding_.predecessors.empty()) {
+    callback_.set_newest_sent([this] { return newest_sent(); });
+  }
+  callback_.set_after_call([this] { wake_loop(); });
   callback_.set_let_go([this] { bind(false); }, [this] { take_back(); });
 }
 
@@ -175,7 +166,7 @@ void BoundNode::Candidate::set_direct_call(std::function<bool()> call, bool time
 }
 
 void BoundNode::Candidate::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) {
-  node_.put(*this, handing_on_exceptions(callback, original_), id);
+  node_.put(*this, callback, id);
 }
 
 void BoundNode::Candidate::removeByID(std::uint64_t id) { node_.remove(*this, id); }
@@ -222,7 +213,18 @@ bool BoundNode::is_being_removed(std::uint64_t id) const {
 // Precondition: bound_mutex_ is held.
 void BoundNode::give_node_to_first() {
   ros::CallbackQueueInterface& queue = candidates_.front()->original_;
-  if (std::exchange(queue_of_turn_, &queue) != &queue) turn_.set(make_turn(queue));
+  if (std::exchange(queue_of_turn_, &queue) == &queue) return;
+  turn_.set(make_turn(queue));
+  turns_of_queue_.store(turns_of(queue));
+}
+
+// As long as there is a candidate, the program has not given up its queue.
+void BoundNode::wake_loop() {
+  const TurnsOfQueue* const turns = turns_of_queue_.load();
+  if (turns == nullptr || !turns->has_waiting_loop()) return;
+  const std::lock_guard lock(bound_mutex_);
+  if (candidates_.empty()) return;
+  if (TurnsOfQueue* const now = turns_of_queue_.load()) now->wake_loop(candidates_.front()->original_);
 }
 
 void BoundNode::put(Candidate& from, const ros::CallbackInterfacePtr& callback, std::uint64_t id) {
@@ -232,14 +234,11 @@ void BoundNode::put(Candidate& from, const ros::CallbackInterfacePtr& callback, 
     from.timer_runs_ = true;
     join(from);
     if (has_node(&from) && bound_) {
-      inbox_.put({id, [callback] { return to_outcome(callback->call()); }});
+      inbox_.put({id, handing_on_exceptions(callback, from.original_)});
       if (!from.keeps_all_.load()) callback_.let_go_of_older();
       return;
     }
-    if (candidates_.front() == &from) {
-      return pass_on(
-          from, [callback] { return to_outcome(callback->call()); }, id);
-    }
+    if (candidates_.front() == &from) return pass_on(from, handing_on_exceptions(callback, from.original_), id);
     from.original_.addCallback(callback, id);
     if (std::exchange(from.is_told_of_, true)) return;
   }
@@ -389,7 +388,7 @@ void BoundNode::note_sent(MessageRuns::Key key) {
 }
 
 void BoundNode::note_taken(MessageRuns::Key key) {
-  has_message_ = true;
+  note_message();
   if (message_runs_ == nullptr) return;
   for (const std::string& predecessor : binding_.predecessors) {
     const std::uint64_t run = message_runs_->find(predecessor, key);

@@ -34,6 +34,8 @@
 
 namespace catan_ros {
 
+class TurnsOfQueue;
+
 // What the callback is: "a subscription of /scan".
 std::string describe(const Binding& binding);
 
@@ -66,6 +68,8 @@ class BoundNode final {
   void note_sending(const std::string& topic);
   void note_published(const std::string& topic);
   void note_sent(MessageRuns::Key key);
+  // It handles a message, of which nothing more need be known.
+  void note_message() { has_message_ = true; }
   void note_taken(MessageRuns::Key key);
   void note_let_go(MessageRuns::Key key);
 
@@ -97,6 +101,7 @@ class BoundNode final {
   bool has_node(const Candidate* candidate) const;
   bool is_being_removed(std::uint64_t id) const;
   void give_node_to_first();
+  void wake_loop();
   void tell_of_waiting(const Candidate& candidate) const;
   bool call_directly();
   void run();
@@ -119,6 +124,7 @@ class BoundNode final {
   PriorityMutex bound_mutex_;
   std::vector<Candidate*> candidates_;                    // in the order in which they came, under bound_mutex_
   ros::CallbackQueueInterface* queue_of_turn_ = nullptr;  // under bound_mutex_
+  std::atomic<TurnsOfQueue*> turns_of_queue_{nullptr};    // of that queue; null: it is not of roscpp's class
   bool bound_ = false;
   std::vector<std::uint64_t> being_removed_;  // under bound_mutex_
   UnboundCalls unbound_;                      // that were passed on

@@ -53,10 +53,12 @@ struct Hooks {
   // ROS is shut down in this program.
   void (*shut_down)();
 
-  // Whether any queue has bound callbacks, which is what the next four are for (common/turns.h).
+  // Whether any queue has bound callbacks, which is what the next four are for (turns_of_queues.h).
   const std::atomic<bool>* has_turns;
-  void (*enter)(const ros::CallbackQueue* queue);
-  void (*leave)(const ros::CallbackQueue* queue);
+  // `in_loop`: a loop of the program's own waits in the queue. What enter() returns, leave() gets: whether that is
+  // known.
+  bool (*enter)(const ros::CallbackQueue* queue, bool in_loop);
+  void (*leave)(const ros::CallbackQueue* queue, bool in_loop);
   // What end() gets; null: this queue has none.
   void* (*begin)(const ros::CallbackQueue* queue);
   void (*end)(void* begun);

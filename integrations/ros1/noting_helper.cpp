@@ -29,9 +29,21 @@ PublishedKeys keys_of(const std::string& topic, const ros::SerializedMessage& me
           MessageRuns::key_of(topic, bytes.subspan(std::min(kSequence, bytes.size())))};
 }
 
+// roscpp makes a message once for all subscriptions of a program: what one lets go of, another may be waiting for.
+bool BoundHelper::is_for_nobody() { return BoundCallback::discarding() && topic().subscriptions() == 1; }
+
+ros::VoidConstPtr BoundHelper::deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) {
+  return is_for_nobody() ? ros::VoidConstPtr() : CountedHelper::deserialize(params);
+}
+
+void BoundHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
+  if (BoundCallback::discarding()) return;
+  if (BoundNode* const node = BoundNode::current()) node->note_message();
+  CountedHelper::call(params);
+}
+
 ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) {
-  // roscpp makes a message once for all subscriptions of a program: what one lets go of, another may be waiting for.
-  if (BoundCallback::discarding() && topic().subscriptions() == 1) return {};
+  if (is_for_nobody()) return {};
   ros::VoidConstPtr message = CountedHelper::deserialize(params);
   const auto bytes = bytes_of(params.buffer, params.length);
   const std::size_t left_out = hasHeader() ? std::min(kSequence, bytes.size()) : 0;

@@ -44,11 +44,24 @@ class CountedHelper : public ros::SubscriptionCallbackHelper {
   KeptMessages::Topic& topic_;
 };
 
-// One that notes which run of which node each of its messages is of (message_runs.h), and that the program has got it
-// (kept_messages.h).
-class NotingHelper final : public CountedHelper {
+// That of a bound one: what its node lets go of does not reach the program.
+class BoundHelper : public CountedHelper {
  public:
   using CountedHelper::CountedHelper;
+
+  ros::VoidConstPtr deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) override;
+  void call(ros::SubscriptionCallbackHelperCallParams& params) override;
+
+ protected:
+  // Whether the message that is to be made now is let go of, and nobody else takes it.
+  bool is_for_nobody();
+};
+
+// One that notes which run of which node each of its messages is of (message_runs.h), and that the program has got it
+// (kept_messages.h): where a node of the program has predecessors.
+class NotingHelper final : public BoundHelper {
+ public:
+  using BoundHelper::BoundHelper;
 
   ros::VoidConstPtr deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) override;
   void call(ros::SubscriptionCallbackHelperCallParams& params) override;

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <utility>
 
 #include "common/binding.h"
 #include "common/middleware_threads.h"
@@ -107,20 +108,36 @@ const Hooks* hooks_of_queues() {
   return loaded != nullptr && loaded->has_turns->load(std::memory_order_acquire) ? loaded : nullptr;
 }
 
-// From the call of a function that spins a queue to its return.
+// Whether that is code of roscpp's, as of ros::spin() and the threads of spinners. A thread asks for the same place
+// again and again.
+bool is_of_roscpp(const void* code) {
+  thread_local const void* t_asked = nullptr;
+  thread_local bool t_answer = false;
+  if (std::exchange(t_asked, code) == code) return t_answer;
+  Dl_info found{};
+  t_answer = ::dladdr(code, &found) != 0 && found.dli_fname != nullptr &&
+             std::strstr(found.dli_fname, "/libroscpp.so") != nullptr;
+  return t_answer;
+}
+
+// From the call of a function that spins a queue to its return; `caller` is where it was called. A loop of the
+// program's own that waits is told from roscpp's, which do nothing but spin.
 class Spinning {
  public:
-  explicit Spinning(const ros::CallbackQueue* queue) : queue_(queue) {
-    if (const Hooks* const known = hooks_of_queues()) known->enter(queue_);
+  Spinning(const ros::CallbackQueue* queue, ros::WallDuration timeout, const void* caller) : queue_(queue) {
+    const Hooks* const known = hooks_of_queues();
+    const bool waits = timeout.sec != 0 || timeout.nsec != 0;
+    if (known != nullptr) in_loop_ = known->enter(queue_, waits && !is_of_roscpp(caller));
   }
   ~Spinning() {
-    if (const Hooks* const known = hooks_of_queues()) known->leave(queue_);
+    if (const Hooks* const known = hooks_of_queues()) known->leave(queue_, in_loop_);
   }
   Spinning(const Spinning&) = delete;
   Spinning& operator=(const Spinning&) = delete;
 
  private:
   const ros::CallbackQueue* queue_;
+  bool in_loop_ = false;
 };
 
 // From the call of a callback in a queue to its return.
@@ -223,14 +240,14 @@ void Publisher::publish(const boost::function<SerializedMessage(void)>& serfunc,
 void CallbackQueue::callAvailable(WallDuration timeout) {
   using CallAvailable = void (CallbackQueue::*)(WallDuration);
   static const auto kNext = next_member<CallAvailable>("_ZN3ros13CallbackQueue13callAvailableENS_12WallDurationE");
-  const Spinning spinning(this);
+  const Spinning spinning(this, timeout, __builtin_return_address(0));
   (this->*kNext)(timeout);
 }
 
 CallbackQueue::CallOneResult CallbackQueue::callOne(WallDuration timeout) {
   using CallOne = CallOneResult (CallbackQueue::*)(WallDuration);
   static const auto kNext = next_member<CallOne>("_ZN3ros13CallbackQueue7callOneENS_12WallDurationE");
-  const Spinning spinning(this);
+  const Spinning spinning(this, timeout, __builtin_return_address(0));
   return (this->*kNext)(timeout);
 }
 

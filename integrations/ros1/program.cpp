@@ -111,13 +111,11 @@ Program::CandidatePtr Program::find(const Binding* binding, ros::CallbackQueueIn
   return nodes_.back()->add_candidate(queue);
 }
 
+// By a thread of its own, which sleeps all the time: in a program of one node it is one of the node's.
 void Program::tell_missing() {
   const auto until = std::chrono::steady_clock::now() + kAllShouldBeThere;
-  while (std::chrono::steady_clock::now() < until) {
-    if (stopped_.load()) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds{100});
-  }
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
+  if (stop_.wait_until(lock, until, [this] { return stopped_.load(); })) return;
   for (const Binding& binding : *bindings_) {
     const bool is_there =
         std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == binding; });
@@ -126,12 +124,14 @@ void Program::tell_missing() {
          std::to_string(kAllShouldBeThere.count()) + " s, which is to be node " + binding.node + ": " +
          asked_.text_for(binding) + "; the others go on");
   }
+  asked_.finish();
 }
 
 void Program::stop() {
-  stopped_.store(true);
   {
     const std::lock_guard lock(mutex_);
+    stopped_.store(true);
+    stop_.notify_all();
     for (const auto& node : nodes_) node->stop();
   }
   connection_.stop();

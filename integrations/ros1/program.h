@@ -8,6 +8,7 @@
 #include <ros/callback_queue_interface.h>
 
 #include <atomic>
+#include <condition_variable>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -66,10 +67,11 @@ class Program {
   KeptMessages kept_;
   std::mutex mutex_;
   std::optional<std::vector<Binding>> bindings_;  // of this ROS node
-  AskedCallbacks asked_;                          // under mutex_
+  AskedCallbacks asked_;                          // under mutex_, until all that is missing was told
   ServerConnection connection_;
   std::deque<std::unique_ptr<BoundNode>> nodes_;
-  std::atomic<bool> stopped_{false};
+  std::atomic<bool> stopped_{false};  // becomes true under mutex_
+  std::condition_variable stop_;
 };
 
 }  // namespace catan_ros

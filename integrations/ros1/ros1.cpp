@@ -59,11 +59,14 @@ ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& option
   if (!g_program->is_bound()) return (handle.*next)(options);
   const Program::CandidatePtr own_queue = g_program->find(Binding::Kind::kTopic, topic, queue);
   ros::SubscribeOptions own = options;
-  if (own_queue == nullptr && !g_program->notes_messages()) {
-    own.helper = boost::make_shared<CountedHelper>(options.helper, g_program->kept().topic(topic));
-  } else {
+  KeptMessages::Topic& kept = g_program->kept().topic(topic);
+  if (g_program->notes_messages()) {
     g_program->note_subscription(topic, queue);
-    own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
+    own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(kept));
+  } else if (own_queue != nullptr) {
+    own.helper = boost::make_shared<BoundHelper>(options.helper, boost::ref(kept));
+  } else {
+    own.helper = boost::make_shared<CountedHelper>(options.helper, boost::ref(kept));
   }
   if (own_queue != nullptr) {
     own.callback_queue = own_queue.get();
@@ -219,12 +222,20 @@ void share(pid_t thread) { g_program->share_thread(thread); }
 
 void shut_down() { g_program->stop(); }
 
-void enter(const ros::CallbackQueue* queue) {
-  if (Turns* const turns = find_turns(queue)) turns->enter();
+// As long as a loop is known to wait, it has no turn: a run is before that, or it wakes the loop.
+bool enter(const ros::CallbackQueue* queue, bool in_loop) {
+  TurnsOfQueue* const turns = find_turns(queue);
+  if (turns == nullptr) return false;
+  if (in_loop) turns->begin_loop();
+  turns->enter();
+  return in_loop;
 }
 
-void leave(const ros::CallbackQueue* queue) {
-  if (Turns* const turns = find_turns(queue)) turns->leave();
+void leave(const ros::CallbackQueue* queue, bool in_loop) {
+  TurnsOfQueue* const turns = find_turns(queue);
+  if (turns == nullptr) return;
+  turns->leave();
+  if (in_loop) turns->end_loop();
 }
 
 void* begin(const ros::CallbackQueue* queue) {

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include <boost/make_shared.hpp>
-#include <boost/ref.hpp>
 
 #include "common/bound_callback.h"
+#include "common/thrown.h"
 
 namespace catan_ros {
 namespace {
@@ -23,48 +23,33 @@ class Thrown final : public ros::CallbackInterface {
 
 // By a handler of the exception. Under an id of its own: who removes the callback has not seen yet what it threw.
 void hand_on(ros::CallbackQueueInterface& queue) {
+  if (BoundCallback::current() == nullptr) throw;
   const auto thrown = boost::make_shared<Thrown>();
   queue.addCallback(thrown, reinterpret_cast<std::uint64_t>(thrown.get()));
 }
 
-class HandingOn final : public ros::CallbackInterface {
- public:
-  HandingOn(ros::CallbackInterfacePtr callback, ros::CallbackQueueInterface& queue)
-      : callback_(std::move(callback)), queue_(queue) {}
-
-  CallResult call() override {
-    try {
-      return callback_->call();
-    } catch (...) {
-      if (BoundCallback::current() == nullptr) throw;
-      hand_on(queue_);
-      return Success;
-    }
+Outcome to_outcome(ros::CallbackInterface::CallResult result) {
+  switch (result) {
+    case ros::CallbackInterface::Success:
+      return Outcome::kCalled;
+    case ros::CallbackInterface::TryAgain:
+      return Outcome::kAgain;
+    case ros::CallbackInterface::Invalid:
+      break;
   }
-  bool ready() override { return callback_->ready(); }
-
- private:
-  const ros::CallbackInterfacePtr callback_;
-  ros::CallbackQueueInterface& queue_;
-};
+  return Outcome::kNothing;
+}
 
 }  // namespace
 
-ros::CallbackInterfacePtr handing_on_exceptions(const ros::CallbackInterfacePtr& callback,
-                                                ros::CallbackQueueInterface& queue) {
-  return boost::make_shared<HandingOn>(callback, boost::ref(queue));
+std::function<Outcome()> handing_on_exceptions(ros::CallbackInterfacePtr callback, ros::CallbackQueueInterface& queue) {
+  return [callback = std::move(callback), &queue] {
+    return call_handing_on([&] { return to_outcome(callback->call()); }, Outcome::kCalled, [&] { hand_on(queue); });
+  };
 }
 
 std::function<bool()> handing_on_exceptions(std::function<bool()> call, ros::CallbackQueueInterface& queue) {
-  return [call = std::move(call), &queue] {
-    try {
-      return call();
-    } catch (...) {
-      if (BoundCallback::current() == nullptr) throw;
-      hand_on(queue);
-      return true;
-    }
-  };
+  return [call = std::move(call), &queue] { return call_handing_on(call, true, [&] { hand_on(queue); }); };
 }
 
 }  // namespace catan_ros

@@ -1,6 +1,5 @@
-// What a bound callback throws. It is called in its node's thread, where nobody of the program could catch it: it comes
-// out of the spinner of the queue that the program asked for (ros::spinOnce(), callAvailable(), ...), as without Catan.
-// What becomes of it there roscpp decides, or who calls the spinner.
+// What a bound callback throws (common/thrown.h) comes out of the spinner of the queue that the program asked for
+// (ros::spinOnce(), callAvailable(), ...), as without Catan.
 //
 // Thread safety: as the callback's and the queue's.
 #pragma once
@@ -9,12 +8,13 @@
 
 #include <functional>
 
+#include "common/inbox.h"
+
 namespace catan_ros {
 
-// The same callback; what it throws in a node's run is thrown by who calls from `queue`, which outlives it. In any
-// other thread it throws as it does.
-ros::CallbackInterfacePtr handing_on_exceptions(const ros::CallbackInterfacePtr& callback,
-                                                ros::CallbackQueueInterface& queue);
+// The call of that callback, and what came of it; what it throws in a node's run is thrown by who calls from `queue`,
+// which outlives the call. In any other thread it throws as it does.
+std::function<Outcome()> handing_on_exceptions(ros::CallbackInterfacePtr callback, ros::CallbackQueueInterface& queue);
 // That of a timer, which a trigger calls.
 std::function<bool()> handing_on_exceptions(std::function<bool()> call, ros::CallbackQueueInterface& queue);
 

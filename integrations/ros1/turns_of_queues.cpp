@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <boost/make_shared.hpp>
+#include <boost/ref.hpp>
 #include <boost/shared_ptr.hpp>
 
 namespace catan_ros {
@@ -18,7 +19,7 @@ constexpr std::chrono::milliseconds kLookWhetherStopped{50};
 
 struct Entry {
   const ros::CallbackQueue* queue = nullptr;
-  Turns* turns = nullptr;
+  TurnsOfQueue* turns = nullptr;
 };
 
 // Written under the mutex, at the end only.
@@ -37,7 +38,7 @@ Registry& registry() {
 
 }  // namespace
 
-Turns* find_turns(const ros::CallbackQueue* queue) {
+TurnsOfQueue* find_turns(const ros::CallbackQueue* queue) {
   const Registry& all = registry();
   const std::size_t count = all.count.load(std::memory_order_acquire);
   for (std::size_t index = 0; index < count; ++index) {
@@ -46,16 +47,21 @@ Turns* find_turns(const ros::CallbackQueue* queue) {
   return nullptr;
 }
 
-Turns* turns_of(const ros::CallbackQueue* queue) {
+TurnsOfQueue* turns_of(const ros::CallbackQueue* queue) {
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);
-  if (Turns* const known = find_turns(queue)) return known;
+  if (TurnsOfQueue* const known = find_turns(queue)) return known;
   const std::size_t count = all.count.load();
   if (count == kMaxQueues) return nullptr;
-  all.entries[count] = {queue, new Turns};
+  all.entries[count] = {queue, new TurnsOfQueue};
   all.count.store(count + 1, std::memory_order_release);
   all.any.store(true, std::memory_order_release);
   return all.entries[count].turns;
+}
+
+TurnsOfQueue* turns_of(ros::CallbackQueueInterface& queue) {
+  const auto* const own = dynamic_cast<const ros::CallbackQueue*>(&queue);
+  return own != nullptr ? turns_of(own) : nullptr;
 }
 
 const std::atomic<bool>& has_turns() { return registry().any; }
@@ -63,6 +69,24 @@ const std::atomic<bool>& has_turns() { return registry().any; }
 NodeletQueues& nodelet_queues() {
   static NodeletQueues& queues = *new NodeletQueues;
   return queues;
+}
+
+// What a loop finds in the queue in place of a message. One at a time is enough.
+class TurnsOfQueue::WakeUp final : public ros::CallbackInterface {
+ public:
+  explicit WakeUp(std::atomic<bool>& is_woken) : is_woken_(is_woken) {}
+  ~WakeUp() override { is_woken_.store(false); }
+  WakeUp(const WakeUp&) = delete;
+  WakeUp& operator=(const WakeUp&) = delete;
+  CallResult call() override { return Success; }
+
+ private:
+  std::atomic<bool>& is_woken_;
+};
+
+void TurnsOfQueue::wake_loop(ros::CallbackQueueInterface& queue) {
+  if (!has_waiting_loop() || is_woken_.exchange(true)) return;
+  queue.addCallback(boost::make_shared<WakeUp>(boost::ref(is_woken_)), reinterpret_cast<std::uint64_t>(this));
 }
 
 // What is put into the queue. Called by its spinner, or let go unused.
@@ -130,9 +154,7 @@ bool LentTurn::take(const std::atomic<bool>& stop) {
 void LentTurn::give_back() { loan_->end(); }
 
 std::unique_ptr<Turn> make_turn(ros::CallbackQueueInterface& queue) {
-  if (const auto* const own = dynamic_cast<const ros::CallbackQueue*>(&queue)) {
-    if (Turns* const turns = turns_of(own)) return std::make_unique<QueueTurn>(*turns);
-  }
+  if (TurnsOfQueue* const turns = turns_of(queue)) return std::make_unique<QueueTurn>(*turns);
   if (auto turn = nodelet_queues().turn_of(&queue)) return turn;
   return std::make_unique<LentTurn>(queue);
 }

@@ -1,8 +1,12 @@
 // The turns of each of roscpp's queues that has bound callbacks (common/turns.h), and how a node's thread gets one of a
 // queue, whatever its class.
 //
-// Thread safety: turns_of() and find_turns() from any thread, the latter without a lock; a QueueTurn or LentTurn by the
-// node's thread.
+// A program may have a loop of its own, which works on what callbacks have stored:
+//   while (ros::ok()) { queue.callAvailable(ros::WallDuration(1.0)); work(); }
+// Without Catan a message ends that wait. A bound callback is called in its node's thread, so something else has to.
+//
+// Thread safety: turns_of(), find_turns() and a TurnsOfQueue from any thread, find_turns() without a lock; a QueueTurn
+// or LentTurn by the node's thread.
 #pragma once
 
 #include <ros/callback_queue.h>
@@ -16,9 +20,28 @@
 
 namespace catan_ros {
 
+class TurnsOfQueue final : public Turns {
+ public:
+  // By a loop of the program's own: before it waits in the queue, and when it does so no longer.
+  void begin_loop() { loops_.fetch_add(1); }
+  void end_loop() { loops_.fetch_sub(1); }
+
+  // By a node, after a run of this queue: the loop that waits goes on, if there is one. Precondition: `queue` lives.
+  void wake_loop(ros::CallbackQueueInterface& queue);
+  bool has_waiting_loop() const { return loops_.load() > 0; }
+
+ private:
+  class WakeUp;
+
+  std::atomic<int> loops_{0};
+  std::atomic<bool> is_woken_{false};
+};
+
 // Made at the first call for a queue, and never let go. Null: there are too many.
-Turns* turns_of(const ros::CallbackQueue* queue);
-Turns* find_turns(const ros::CallbackQueue* queue);
+TurnsOfQueue* turns_of(const ros::CallbackQueue* queue);
+TurnsOfQueue* find_turns(const ros::CallbackQueue* queue);
+// Of a queue of roscpp's own class; null: it is of another, or there are too many.
+TurnsOfQueue* turns_of(ros::CallbackQueueInterface& queue);
 const std::atomic<bool>& has_turns();
 
 // Of this program; never let go.

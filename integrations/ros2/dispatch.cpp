@@ -126,6 +126,7 @@ void Dispatch::spin() {
   std::vector<std::thread> threads;
   const Ended at_end(*this, threads);
   ended_ = false;
+  thrown_.clear();
   program_ = ExecutorProgram::from_environment(tell);
   ExecutorProgram* none = nullptr;
   if (program_ && !g_scheduled.compare_exchange_strong(none, program_.get())) {
@@ -259,6 +260,7 @@ ExecutorCallback* Dispatch::callback_of(const std::shared_ptr<Entity>& entity,
   if (!is_taken) {
     ExecutorCallback::Callback made = callback_for(entity);
     made.exclusion = exclusion_of(group);
+    made.thrown = [this](std::exception_ptr thrown) { hand_on(std::move(thrown)); };
     callback->connect(std::move(made));
   }
   callback->start();
@@ -298,11 +300,18 @@ void Dispatch::put(Executable ready) {
   if (!exclusive) changed_.wait(lock, [this] { return ready_.empty() || ended_; });
 }
 
+void Dispatch::hand_on(std::exception_ptr thrown) {
+  const std::lock_guard lock(mutex_);
+  thrown_.put(std::move(thrown));
+  changed_.notify_all();
+}
+
 // --- The threads that spin ---
 
 Dispatch::Executable Dispatch::take() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return !ready_.empty() || ended_; });
+  changed_.wait(lock, [this] { return !ready_.empty() || !thrown_.empty() || ended_; });
+  thrown_.throw_first();
   if (ended_) return nullptr;
   Executable first = std::move(ready_.front());
   ready_.pop_front();

@@ -5,11 +5,15 @@
 // that group becomes ready; one of a group that is not exclusive would become ready again and again, so the waiting
 // thread waits until it has been begun.
 //
+// What a node's callback throws comes out of one of the threads that spin, as rclcpp has it: out of spin(), or, where
+// that is another of several, it ends the program.
+//
 // Thread safety: know() from any thread; the rest by the thread that spins.
 #pragma once
 
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -22,6 +26,7 @@
 #include "catan_ros2/executor.hpp"
 #include "common/executor_program.h"
 #include "common/priority_mutex.h"
+#include "common/thrown.h"
 
 namespace catan_ros2 {
 
@@ -65,6 +70,8 @@ class Dispatch {
   void run_scheduled();
   Executable take();
   void execute(rclcpp::AnyExecutable& ready);
+  // By a node's thread.
+  void hand_on(std::exception_ptr thrown);
   void end();
 
   Executor& executor_;
@@ -81,6 +88,7 @@ class Dispatch {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Executable> ready_;
+  catan_ros::ThrownExceptions thrown_;  // put under mutex_
   bool ended_ = false;
 };
 

@@ -3,8 +3,8 @@
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
 //              [--unsubscribe-after N] [--throw-every N]
 //              [--service SERVICE] [--ask SERVICE] [--wrapped-queue] [--counts FILE] [--log FILE] [--queue N]
-//              [--loop-hz HZ] [--wait-first] [--once-first] [--simulated-time] [--restarts N] [--subscribe-again]
-//              [--stop-inside] [--strings KB] [--sleep MS]
+//              [--loop-hz HZ] [--loop-wait SECONDS] [--wait-first] [--once-first] [--simulated-time] [--restarts N]
+//              [--subscribe-again] [--stop-inside] [--strings KB] [--sleep MS]
 //
 // With --unsubscribe-after the callback of --in unsubscribes itself at that message. With --throw-every each so many
 // calls of it or of the timer's end with an exception; what comes out of --spin-once's spinOnce() is counted.
@@ -13,6 +13,7 @@
 // got, on --out. With --ask the timer asks that service instead, and an answer is counted. A message on --beside is
 // counted by another callback. What was counted is written to the file of --counts, as JSON, ten times a second; each
 // message of --in to that of --log, one a line. --queue is that of --in; --loop-hz how often --spin-once spins. With
+// --loop-wait a loop of its own waits for callbacks, so long each time, and works on what they have stored. With
 // --wait-first it waits for a message before it subscribes, with --once-first it has a timer that is due once before
 // the other, of the same period. --restarts: so often it starts four spinner threads, and stops them, before it spins.
 // With --subscribe-again it assigns another subscription of --in to the first. With --stop-inside the callback of the
@@ -23,6 +24,7 @@
 #include <roscpp/Empty.h>
 #include <std_msgs/Int64.h>
 #include <std_msgs/String.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <chrono>
@@ -34,6 +36,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "ros1/test/burn.h"
@@ -43,7 +46,7 @@ namespace {
 struct Asked {
   int unsubscribe_after = 0, throw_every = 0;
   std::string in, out, beside, service, ask, counts, log;
-  double timer_ms = 0.0, burn_ms = 0.0, sleep_ms = 0.0, loop_hz = 200.0;
+  double timer_ms = 0.0, burn_ms = 0.0, sleep_ms = 0.0, loop_hz = 200.0, loop_wait = 0.0;
   bool spin_once = false, wrapped_queue = false, wait_first = false, once_first = false, simulated_time = false;
   bool subscribe_again = false, stop_inside = false;
   int threads = 1, queue = 10, restarts = 0;
@@ -52,6 +55,8 @@ struct Asked {
 
 struct Counts {
   std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0}, once{0}, stopped{0}, thrown{0};
+  std::atomic<long> worked{0}, loops{0};  // of --loop-wait: on new values, and rounds
+  std::atomic<long> sleeps{0};            // of the thread that spins
   // Of the timer's calls but the first: the time since the one before, as it is told; and from first to last.
   std::atomic<long> told_ms{0}, passed_ms{0};
 };
@@ -135,6 +140,13 @@ void on_timer(const ros::TimerEvent& event) {
   throw_now_and_then();
 }
 
+// How often the calling thread has slept.
+long sleeps() {
+  rusage used{};
+  ::getrusage(RUSAGE_THREAD, &used);
+  return used.ru_nvcsw;
+}
+
 void write_counts() {
   const std::string written = g_asked.counts + ".new";
   {
@@ -143,7 +155,9 @@ void write_counts() {
          << ", \"overlaps\": " << g_counts.overlaps << ", \"newest\": " << g_counts.newest
          << ", \"backward\": " << g_counts.backward << ", \"once\": " << g_counts.once
          << ", \"stopped\": " << g_counts.stopped << ", \"thrown\": " << g_counts.thrown
-         << ", \"told_ms\": " << g_counts.told_ms << ", \"passed_ms\": " << g_counts.passed_ms << "}";
+         << ", \"worked\": " << g_counts.worked << ", \"loops\": " << g_counts.loops
+         << ", \"sleeps\": " << g_counts.sleeps << ", \"told_ms\": " << g_counts.told_ms
+         << ", \"passed_ms\": " << g_counts.passed_ms << "}";
   }
   std::rename(written.c_str(), g_asked.counts.c_str());
 }
@@ -196,6 +210,8 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.queue = std::stoi(value);
     } else if (option == "--loop-hz") {
       g_asked.loop_hz = std::stod(value);
+    } else if (option == "--loop-wait") {
+      g_asked.loop_wait = std::stod(value);
     } else if (option == "--restarts") {
       g_asked.restarts = std::stoi(value);
     } else if (option == "--strings") {
@@ -250,6 +266,13 @@ void spin_once() {
   }
 }
 
+void loop() {
+  for (long known = 0; ros::ok(); ++g_counts.loops) {
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(g_asked.loop_wait));
+    if (std::exchange(known, g_counts.newest.load()) != g_counts.newest) ++g_counts.worked;
+  }
+}
+
 void spin() {
   for (int round = 0; round < g_asked.restarts; ++round) start_and_stop_spinners();
   if (g_asked.wrapped_queue) {
@@ -266,6 +289,8 @@ void spin() {
       spin_once();
       rate.sleep();
     }
+  } else if (g_asked.loop_wait > 0.0) {
+    loop();
   } else if (g_asked.threads > 1) {
     ros::MultiThreadedSpinner(static_cast<std::uint32_t>(g_asked.threads)).spin();
   } else {
@@ -313,7 +338,9 @@ int main(int count, char** arguments) {
       write_counts();
     }
   });
-  const ros::SteadyTimer light = handle.createSteadyTimer(ros::WallDuration(0.1), [](const ros::SteadyTimerEvent&) {});
+  ros::SteadyTimer light;
+  const auto note_sleeps = [](const ros::SteadyTimerEvent&) { g_counts.sleeps = sleeps(); };
+  if (g_asked.loop_wait <= 0.0) light = handle.createSteadyTimer(ros::WallDuration(0.1), note_sleeps);
   std::thread stopper;
   if (g_asked.stop_inside) stopper = std::thread([&] { stop_inside(timer, service); });
   spin();
