@@ -102,6 +102,10 @@ void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& de
   }
 }
 
+std::uint64_t SubchainTrigger::outputs_a_trigger() const {
+  return static_cast<std::uint64_t>(std::max(pacing_.after ? pacing_.after->every : 1, 1));
+}
+
 void SubchainTrigger::hear(TimePoint now, std::uint64_t outputs, TimePoint newest, std::optional<std::uint64_t> runs) {
   if (runs && (!leader_runs_ || *runs < *leader_runs_)) leader_runs_before_ = *runs;
   leader_runs_ = runs;
@@ -110,7 +114,7 @@ void SubchainTrigger::hear(TimePoint now, std::uint64_t outputs, TimePoint newes
     counted_ = outputs;
     return;
   }
-  const auto every = static_cast<std::uint64_t>(std::max(pacing_.after ? pacing_.after->every : 1, 1));
+  const std::uint64_t every = outputs_a_trigger();
   const std::uint64_t triggers = (outputs - *counted_) / every;
   if (triggers == 0) return;
   *counted_ += triggers * every;

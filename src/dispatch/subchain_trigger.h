@@ -166,8 +166,10 @@ class SubchainTrigger {
   // --- before a step ---
   // Where it follows another: how many outputs that has given, and when the newest came; where that is a subchain, also
   // how many of its runs have ended, with output or without. All may be anything. To be told, and stepped, as soon as
-  // there are more outputs.
+  // there are awaited_outputs(): fewer change nothing.
   void hear(TimePoint now, std::uint64_t outputs, TimePoint newest, std::optional<std::uint64_t> runs = std::nullopt);
+  // Precondition: it follows another, and has heard of it.
+  std::uint64_t awaited_outputs() const { return *counted_ + outputs_a_trigger(); }
   // Where its phase is to a clock of others: what is known of that now. To be told whenever it is stepped.
   void align(TimePoint now, const Ticks& clock);
   // Whether used() is to be called: the CPU time of the run under way, since its trigger.
@@ -191,6 +193,7 @@ class SubchainTrigger {
 
  private:
   bool may_overlap(std::uint64_t completed) const;
+  std::uint64_t outputs_a_trigger() const;
   Nanos shortest() const;
   TimePoint ready() const;
   Ticks grid_of(const Ticks& clock) const;

@@ -64,9 +64,10 @@ class Actuator {
   };
   // Of a subchain's tail, or of an unscheduled node. They may be anything, as completed().
   virtual Outputs outputs(const plan::Leader& leader) const = 0;
-  // Whether the controller is to step as soon as there is another output. `known`: as for await_completion(). False:
-  // there is no room for another that follows it, so the controller has to look by itself.
-  virtual bool await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) = 0;
+  // The controller is to step as soon as so many outputs have been given, and at each one beyond; at once where that is
+  // so already. False: there is no room for another that follows it, so the controller has to look by itself.
+  virtual bool await_outputs(const plan::Leader& leader, std::uint64_t count) = 0;
+  virtual void ignore_outputs(const plan::Leader& leader) = 0;
 
   // --- Clocks of others ---
   // What is known of a node's clock (graph::Node::has_clock()); none: nothing yet.

@@ -98,7 +98,7 @@ void SubchainPacer::hand_over() {
 
 void SubchainPacer::set_leader(std::optional<plan::Leader> leader) {
   if (leader == leader_) return;
-  if (leader_) static_cast<void>(actuator_->await_outputs(*leader_, false, 0));
+  if (leader_) actuator_->ignore_outputs(*leader_);
   leader_ = leader;
 }
 
@@ -109,7 +109,7 @@ TimePoint SubchainPacer::hear(TimePoint now) {
   const SubchainId* const subchain = std::get_if<SubchainId>(&*leader_);
   const auto runs = subchain != nullptr ? std::optional(actuator_->completed(*subchain)) : std::nullopt;
   trigger_->hear(now, outputs.count, outputs.newest, runs);
-  return actuator_->await_outputs(*leader_, true, outputs.count) ? kNever : now + place_.pacing.period;
+  return actuator_->await_outputs(*leader_, trigger_->awaited_outputs()) ? kNever : now + place_.pacing.period;
 }
 
 void SubchainPacer::measure(TimePoint now, std::uint64_t completed) {

@@ -228,6 +228,22 @@ TEST(SubchainPacer, AReaderIsTriggeredByWhatArrives) {
   EXPECT_THAT(world.unscheduled.subscribers, IsEmpty());
 }
 
+// Each look takes the CPU from those below.
+TEST(SubchainPacer, AReaderOfEachSeventhOutputLooksNoSooner) {
+  FakeWorld world(1, 0, each_takes(ms(0)));
+  const plan::Leader sensor = NodeId(std::size_t{7});
+  world.publish(assignment({follows(0, sensor, 7, ms(100))}));
+  world.run_until(at(ms(1)));
+  const std::uint64_t before = world.steps;
+  for (int output = 1; output <= 21; ++output) {
+    world.run_until(at(ms(10) * output));
+    world.give_output(sensor);
+  }
+  world.run_until(at(ms(215)));
+  EXPECT_THAT(world.sent(kOnly), ElementsAre(70, 140, 210));
+  EXPECT_EQ(world.steps - before, 3U);
+}
+
 TEST(SubchainPacer, KeepsAPhaseToAClockOfOthersOnceItIsKnown) {
   FakeWorld world(1, 0, each_takes(ms(1)));
   policy::SubchainPlace place = phased(0, ms(10), ms(4));

@@ -37,7 +37,10 @@ enum class Kind : Word {
 // Puts values into words.
 class Put {
  public:
-  explicit Put(Kind kind) { words_.push_back(static_cast<Word>(kind)); }
+  explicit Put(Kind kind) {
+    words_.reserve(kRoom);
+    words_.push_back(static_cast<Word>(kind));
+  }
 
   void number(std::uint64_t value) { words_.push_back(value); }
   void operator()(std::uint64_t value) { number(value); }
@@ -61,6 +64,8 @@ class Put {
   std::vector<Word> take() { return std::move(words_); }
 
  private:
+  static constexpr std::size_t kRoom = 64;  // for a run with a few inputs, in one allocation
+
   std::vector<Word> words_;
 };
 

@@ -82,9 +82,10 @@ Result<ReachedServer> reach(os::Clock& clock, const ServerAddress& server) {
     }
     if (server.app.empty()) return reached;
     const Result<std::string> app = app_of(clock, *reached);
-    if (!app) return app.error();
-    if (*app == server.app) return reached;
-    others += fmt::format("; the one at {} schedules {}", path, quote(*app));
+    if (app && *app == server.app) return reached;
+    if (!app && server.sockets.size() == 1) return app.error();
+    others += app ? fmt::format("; the one at {} schedules {}", path, quote(*app))
+                  : fmt::format("; the one at {} does not say what it schedules: {}", path, app.error().message());
   }
   if (server.sockets.size() == 1 && refusal) return *refusal;
   const std::string of_app = others.empty() ? "" : " for " + quote(server.app);

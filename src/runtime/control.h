@@ -17,7 +17,8 @@ namespace ctn::runtime {
 struct ServerAddress {
   std::vector<std::string> sockets;
   // The name of the app that it schedules; empty: any. Others that listen at these sockets (CATAN_SOCKET may be of
-  // another app) are passed over.
+  // another app) are passed over, and so are those that do not say what they schedule, as one of another user or
+  // version.
   std::string app{};
 };
 

@@ -141,14 +141,10 @@ ControllerThread::Outputs ControllerThread::outputs(const plan::Leader& leader) 
   return {count, to_time(static_cast<std::uint64_t>(cell.newest_output.load(std::memory_order_relaxed)))};
 }
 
-bool ControllerThread::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) {
-  OutputCell& cell = output_cell(leader);
-  if (!wanted) {
-    cell.unsubscribe(number_);
-    return true;
-  }
-  const bool has_room = cell.subscribe(number_);
-  if (outputs(leader).count != known) event_came_ = true;
+bool ControllerThread::await_outputs(const plan::Leader& leader, std::uint64_t count) {
+  const bool has_room = output_cell(leader).subscribe(number_, count);
+  // Counts that are not true may wrap around.
+  if (static_cast<std::int64_t>(outputs(leader).count - count) >= 0) event_came_ = true;
   return has_room;
 }
 

@@ -108,7 +108,8 @@ class ControllerThread final : public driver::Actuator {
   void begin_run(SubchainId id) override { clock_.begin(subchains_[id.index()]); }
   Nanos cpu_time(SubchainId id) override { return clock_.used(subchains_[id.index()]); }
   Outputs outputs(const plan::Leader& leader) const override;
-  bool await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) override;
+  bool await_outputs(const plan::Leader& leader, std::uint64_t count) override;
+  void ignore_outputs(const plan::Leader& leader) override { output_cell(leader).unsubscribe(number_); }
   std::optional<Ticks> clock(NodeId node) const override { return controls_.clocks.read(node); }
   void slot_over(const dispatch::SlotUse& slot) override;
   void stole(const dispatch::Steal& steal) override;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -244,9 +245,9 @@ class OutputSubscribersTest : public ::testing::Test {
 };
 
 TEST_F(OutputSubscribersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
-  EXPECT_TRUE(signal.subscribe(1));
-  EXPECT_TRUE(signal.subscribe(3));
-  EXPECT_TRUE(signal.subscribe(1)) << "again and again";
+  EXPECT_TRUE(signal.subscribe(1, 1));
+  EXPECT_TRUE(signal.subscribe(3, 1));
+  EXPECT_TRUE(signal.subscribe(1, 1)) << "again and again";
   signal.give_output(fake, region, TimePoint{} + milliseconds{7});
   EXPECT_EQ(wakes(0), 0U);
   EXPECT_EQ(wakes(1), 1U);
@@ -259,19 +260,52 @@ TEST_F(OutputSubscribersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
   EXPECT_EQ(wakes(3), 2U);
 }
 
+TEST_F(OutputSubscribersTest, AreWokenByNoOutputBeforeTheOneTheyWaitFor) {
+  EXPECT_TRUE(signal.subscribe(1, 3));
+  EXPECT_TRUE(signal.subscribe(2, 1));
+  const auto give = [&] { signal.give_output(fake, region, TimePoint{}); };
+  give();
+  give();
+  EXPECT_EQ(wakes(1), 0U);
+  EXPECT_EQ(wakes(2), 2U);
+  give();
+  EXPECT_EQ(wakes(1), 1U);
+  give();
+  EXPECT_EQ(wakes(1), 2U) << "and by each beyond";
+  EXPECT_TRUE(signal.subscribe(1, 6)) << "in its place";
+  give();
+  EXPECT_EQ(wakes(1), 2U);
+  give();
+  EXPECT_EQ(wakes(1), 3U);
+  signal.unsubscribe(1);
+  give();
+  EXPECT_EQ(wakes(1), 3U);
+  EXPECT_EQ(wakes(2), 7U);
+}
+
+TEST_F(OutputSubscribersTest, CountsAreComparedAlsoWhereTheyWrapAround) {
+  constexpr std::uint64_t kNewest = std::numeric_limits<std::uint64_t>::max();
+  signal.outputs.store(kNewest - 1);
+  EXPECT_TRUE(signal.subscribe(1, kNewest + 2));
+  for (int output = 0; output < 2; ++output) signal.give_output(fake, region, TimePoint{});
+  EXPECT_EQ(wakes(1), 0U);
+  signal.give_output(fake, region, TimePoint{});
+  EXPECT_EQ(wakes(1), 1U);
+}
+
 TEST_F(OutputSubscribersTest, WhereThereIsNoRoomOneIsTold) {
   for (std::size_t controller = 0; controller < SignalCell::kMaxSubscribers; ++controller) {
-    EXPECT_TRUE(signal.subscribe(controller));
+    EXPECT_TRUE(signal.subscribe(controller, 1));
   }
-  EXPECT_FALSE(signal.subscribe(5));
+  EXPECT_FALSE(signal.subscribe(5, 1));
   signal.unsubscribe(2);
-  EXPECT_TRUE(signal.subscribe(5));
+  EXPECT_TRUE(signal.subscribe(5, 1));
 }
 
 TEST_F(OutputSubscribersTest, NumbersOfNoSubchainWakeNone) {
   signal.subscribers[0].store(0xffffffff);
-  signal.subscribers[1].store(static_cast<std::uint32_t>(region.controller_cells() + 1));
-  EXPECT_TRUE(signal.subscribe(0));
+  signal.subscribers[1].store(region.controller_cells() + 1);
+  EXPECT_TRUE(signal.subscribe(0, 1));
   signal.give_output(fake, region, TimePoint{});
   EXPECT_EQ(wakes(0), 1U);
   for (std::size_t controller = 1; controller < region.controller_cells(); ++controller) {

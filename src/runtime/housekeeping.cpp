@@ -17,7 +17,6 @@ constexpr Nanos kStep = driver::kPlanningStep;
 constexpr Nanos kFlushEvery = std::chrono::seconds{1};
 // By then controllers have carried out what was published: a frame has ended, or a run.
 constexpr Nanos kSettled = std::chrono::seconds{1};
-constexpr int kMoreWakes = 3;  // one a flush
 
 }  // namespace
 
@@ -44,7 +43,6 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       collector_(app, os, std::move(from), clocks_, measurements, log_),
       unscheduled_(app.graph, region, links_, registered_),
       incomplete_(app.graph.subchains().size()),
-      wakes_(app.graph.subchains().size(), 0),
       paced_(app.graph.subchains().size(), false) {
   log_.record_to(std::move(writer));
   log_.keep_in(recorder_);
@@ -94,7 +92,7 @@ void Housekeeping::step(TimePoint& next_flush) {
     collector_.note_ignored_wakes();
     log_.flush(now);
     keep_places(now);
-    wake_again();
+    incomplete_.wake_again([this](SubchainId subchain) { wake_nodes(subchain); });
   }
 }
 
@@ -228,20 +226,10 @@ void Housekeeping::let_go_of_incomplete(TimePoint now) {
 void Housekeeping::tell_nodes(SubchainId subchain, bool incomplete) {
   region_.signal(subchain).incomplete.store(incomplete ? 1 : 0, std::memory_order_seq_cst);
   wake_nodes(subchain);
-  wakes_[subchain.index()] = kMoreWakes;
 }
 
 void Housekeeping::wake_nodes(SubchainId subchain) {
   for (const NodeId node : app_.graph.subchain(subchain).nodes) links_[node.index()]->wake();
-}
-
-// A node that has looked just before, and sleeps just after, misses the wake.
-void Housekeeping::wake_again() {
-  for (std::size_t index = 0; index < wakes_.size(); ++index) {
-    if (wakes_[index] == 0) continue;
-    --wakes_[index];
-    wake_nodes(SubchainId(index));
-  }
 }
 
 // False: the controller that held it has not handed it over yet. Runs that were under way when a node left count as

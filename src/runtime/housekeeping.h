@@ -73,7 +73,6 @@ class Housekeeping : private driver::PlanningHost {
   void let_go_of_incomplete(TimePoint now);
   void tell_nodes(SubchainId subchain, bool incomplete);
   void wake_nodes(SubchainId subchain);
-  void wake_again();
 
   const graph::App& app_;
   os::Os& os_;
@@ -94,7 +93,6 @@ class Housekeeping : private driver::PlanningHost {
   Collector collector_;
   UnscheduledWatch unscheduled_;
   IncompleteSubchains incomplete_;
-  std::vector<int> wakes_;          // by subchain: how often its nodes are woken again, to be told of that
   std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};

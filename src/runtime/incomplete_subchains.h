@@ -6,11 +6,15 @@
 // While all nodes are missing nobody waits, and no time passes. A subchain that was let go of stays so until it is
 // complete, whoever of it comes and goes.
 //
+// Nodes are woken at each of both, to look. One that has looked just before, and sleeps just after, misses that; so
+// they are woken some times more.
+//
 // Units: Nanos; time is an argument. Thread safety: none; one owner.
 #pragma once
 
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/ids.h"
@@ -21,6 +25,7 @@ namespace ctn::runtime {
 class IncompleteSubchains {
  public:
   static constexpr Nanos kPatience = std::chrono::seconds{1};
+  static constexpr int kMoreWakes = 3;
 
   explicit IncompleteSubchains(std::size_t subchains) : states_(subchains) {}
 
@@ -32,14 +37,27 @@ class IncompleteSubchains {
     if (!waits) state.since.reset();
     if (waits && !state.since) state.since = now;
     state.let_go = state.since && now - *state.since >= kPatience;
+    if (state.let_go) state.wakes = kMoreWakes;
     return state.let_go;
   }
 
   // All of its nodes are there. True: it had been let go of.
   bool complete(SubchainId subchain) {
-    const bool was_let_go = is_let_go(subchain);
-    states_[subchain.index()] = {};
+    State& state = states_[subchain.index()];
+    const bool was_let_go = std::exchange(state.let_go, false);
+    state.since.reset();
+    if (was_let_go) state.wakes = kMoreWakes;
     return was_let_go;
+  }
+
+  // Calls wake(SubchainId) for each whose nodes are to be woken once more. To be called now and then.
+  template <class Wake>
+  void wake_again(Wake&& wake) {
+    for (std::size_t index = 0; index < states_.size(); ++index) {
+      if (states_[index].wakes == 0) continue;
+      --states_[index].wakes;
+      wake(SubchainId(index));
+    }
   }
 
   bool is_let_go(SubchainId subchain) const { return states_[subchain.index()].let_go; }
@@ -48,6 +66,7 @@ class IncompleteSubchains {
   struct State {
     std::optional<TimePoint> since;  // some of its nodes wait for others
     bool let_go = false;
+    int wakes = 0;  // that are left
   };
   std::vector<State> states_;
 };

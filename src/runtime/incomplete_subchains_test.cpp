@@ -21,7 +21,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 constexpr SubchainId kFirst{std::size_t{0}};
 constexpr SubchainId kSecond{std::size_t{1}};
@@ -66,6 +68,26 @@ TEST(IncompleteSubchainsTest, WhatWasLetGoOfStaysSoUntilItIsComplete) {
   EXPECT_TRUE(all.complete(kFirst));
   EXPECT_FALSE(all.is_let_go(kFirst));
   EXPECT_FALSE(all.complete(kFirst));
+}
+
+TEST(IncompleteSubchainsTest, NodesAreWokenSomeTimesMoreAfterEachChange) {
+  IncompleteSubchains all(2);
+  const auto woken = [&all] {
+    std::vector<SubchainId> woken;
+    all.wake_again([&](SubchainId id) { woken.push_back(id); });
+    return woken;
+  };
+  all.look(kFirst, true, at(seconds{0}));
+  EXPECT_THAT(woken(), IsEmpty());
+  ASSERT_TRUE(all.look(kFirst, true, at(seconds{1})));
+  for (int wake = 0; wake < IncompleteSubchains::kMoreWakes; ++wake) EXPECT_THAT(woken(), ElementsAre(kFirst));
+  EXPECT_THAT(woken(), IsEmpty());
+  ASSERT_TRUE(all.complete(kFirst));
+  EXPECT_THAT(woken(), ElementsAre(kFirst));
+  EXPECT_FALSE(all.complete(kFirst)) << "a program has come again, at once";
+  for (int wake = 1; wake < IncompleteSubchains::kMoreWakes; ++wake) EXPECT_THAT(woken(), ElementsAre(kFirst));
+  EXPECT_FALSE(all.complete(kSecond)) << "it was not let go of";
+  EXPECT_THAT(woken(), IsEmpty());
 }
 
 // Two subchains, the second of two nodes.

@@ -88,35 +88,53 @@ std::int64_t NodeCell::oldest_origin(std::uint64_t first, std::uint64_t last) co
   return kUnknown;
 }
 
+namespace {
+
+constexpr std::uint64_t kController = (std::uint64_t{1} << OutputCell::kControllerBits) - 1;
+
+// Whether a count has reached what a subscriber waits for, of which only the lower bits are known.
+bool is_reached(std::uint64_t count, std::uint64_t subscriber) {
+  const std::uint64_t beyond = (count << OutputCell::kControllerBits) - (subscriber & ~kController);
+  return static_cast<std::int64_t>(beyond) >= 0;
+}
+
+}  // namespace
+
 // Sequentially consistent on both sides: a controller subscribes, then looks at the count. So either this thread sees
 // it, or the controller sees the output before it sleeps.
 void OutputCell::give_output(os::Threads& threads_to_wake, const Region& region, TimePoint at) {
   newest_output.store(at.time_since_epoch().count(), std::memory_order_relaxed);
-  outputs.fetch_add(1, std::memory_order_seq_cst);
-  for (const std::atomic<std::uint32_t>& subscriber : subscribers) {
-    const std::uint32_t controller = subscriber.load(std::memory_order_seq_cst);
-    if (controller == 0 || controller > region.controller_cells()) continue;
+  const std::uint64_t count = outputs.fetch_add(1, std::memory_order_seq_cst) + 1;
+  for (const std::atomic<std::uint64_t>& each : subscribers) {
+    const std::uint64_t subscriber = each.load(std::memory_order_seq_cst);
+    const std::uint64_t controller = subscriber & kController;
+    if (controller == 0 || controller > region.controller_cells() || !is_reached(count, subscriber)) continue;
     region.controller_cell(controller - 1).wake(threads_to_wake);
   }
 }
 
-bool OutputCell::subscribe(std::size_t controller) {
-  const auto own = static_cast<std::uint32_t>(controller + 1);
-  for (const std::atomic<std::uint32_t>& subscriber : subscribers) {
-    if (subscriber.load(std::memory_order_seq_cst) == own) return true;
+bool OutputCell::subscribe(std::size_t controller, std::uint64_t count) {
+  const std::uint64_t number = controller + 1;
+  const std::uint64_t own = count << kControllerBits | number;
+  for (std::atomic<std::uint64_t>& subscriber : subscribers) {
+    const std::uint64_t found = subscriber.load(std::memory_order_seq_cst);
+    if ((found & kController) != number) continue;
+    if (found != own) subscriber.store(own, std::memory_order_seq_cst);
+    return true;
   }
-  for (std::atomic<std::uint32_t>& subscriber : subscribers) {
-    std::uint32_t free = 0;
+  for (std::atomic<std::uint64_t>& subscriber : subscribers) {
+    std::uint64_t free = 0;
     if (subscriber.compare_exchange_strong(free, own, std::memory_order_seq_cst)) return true;
   }
   return false;
 }
 
 void OutputCell::unsubscribe(std::size_t controller) {
-  const auto own = static_cast<std::uint32_t>(controller + 1);
-  for (std::atomic<std::uint32_t>& subscriber : subscribers) {
-    std::uint32_t expected = own;
-    subscriber.compare_exchange_strong(expected, 0, std::memory_order_seq_cst);
+  for (std::atomic<std::uint64_t>& subscriber : subscribers) {
+    std::uint64_t found = subscriber.load(std::memory_order_seq_cst);
+    if ((found & kController) == controller + 1) {
+      subscriber.compare_exchange_strong(found, 0, std::memory_order_seq_cst);
+    }
   }
 }
 

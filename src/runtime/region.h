@@ -41,7 +41,7 @@ class Region;
 
 struct RegionHeader {
   static constexpr std::uint64_t kMagic = 0x6e61746163ULL;  // "catan"
-  static constexpr std::uint32_t kVersion = 7;
+  static constexpr std::uint32_t kVersion = 8;
 
   std::uint64_t magic = kMagic;
   std::uint32_t version = kVersion;
@@ -72,14 +72,16 @@ struct OutputCell {
 
   std::atomic<std::uint64_t> outputs{0};       // that were given
   std::atomic<std::int64_t> newest_output{0};  // ns; when that came
-  // 1 + the number of a controller that is woken at each output; 0: free.
-  std::array<std::atomic<std::uint32_t>, kMaxSubscribers> subscribers{};
+  // 0: free. Else 1 + the number of a controller, in the lowest kControllerBits, and above them, as far as it has room,
+  // the count of outputs from which on the controller is woken at each.
+  static constexpr int kControllerBits = 20;
+  std::array<std::atomic<std::uint64_t>, kMaxSubscribers> subscribers{};
 
-  // By the node that gives them: counts an output, and wakes the controllers that have subscribed.
+  // By the node that gives them: counts an output, and wakes the controllers that wait for it.
   void give_output(os::Threads& threads, const Region& region, TimePoint at);
-  // By a controller: it is woken from now on. False: there is no room. It does so again and again, since other
-  // processes may have overwritten it.
-  bool subscribe(std::size_t controller);
+  // By a controller: it is woken once there are so many outputs, and at each one beyond. False: there is no room. It
+  // does so again and again, since other processes may have overwritten it.
+  bool subscribe(std::size_t controller, std::uint64_t count);
   void unsubscribe(std::size_t controller);
 };
 
@@ -95,7 +97,7 @@ struct alignas(64) SignalCell : OutputCell {
   std::atomic<std::uint32_t> incomplete{0};
 };
 
-static_assert(sizeof(SignalCell) == 64, "else others are elsewhere, and kVersion is another");
+static_assert(sizeof(SignalCell) == 128, "else others are elsewhere, and kVersion is another");
 
 struct alignas(64) NodeCell {
   static constexpr std::size_t kMaxThreads = graph::kMaxThreads;

@@ -105,11 +105,15 @@ void Controllers::hand_over(SubchainId subchain, const dispatch::RunState& state
   wake(driver::holder_of(subchain, assignment_.places[subchain.index()], pacers_.size()), -1);
 }
 
-bool Controllers::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t /*known*/) {
-  std::vector<std::size_t>& subscribers = nodes_.outputs(leader).subscribers;
-  std::erase(subscribers, acting_);
-  if (wanted) subscribers.push_back(acting_);
+bool Controllers::await_outputs(const plan::Leader& leader, std::uint64_t count) {
+  ignore_outputs(leader);
+  nodes_.outputs(leader).subscribers.push_back({acting_, count});
   return true;
+}
+
+void Controllers::ignore_outputs(const plan::Leader& leader) {
+  std::erase_if(nodes_.outputs(leader).subscribers,
+                [this](const sim::Outputs::Subscriber& each) { return each.controller == acting_; });
 }
 
 void Controllers::trigger(SubchainId subchain, std::uint64_t number, TimePoint due) {

@@ -79,7 +79,8 @@ class Controllers final : private driver::Actuator {
   Outputs outputs(const plan::Leader& leader) const override {
     return {nodes_.outputs(leader).count, nodes_.outputs(leader).newest};
   }
-  bool await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) override;
+  bool await_outputs(const plan::Leader& leader, std::uint64_t count) override;
+  void ignore_outputs(const plan::Leader& leader) override;
   std::optional<Ticks> clock(NodeId node) const override { return clocks_[node.index()]; }
   void slot_over(const dispatch::SlotUse& slot) override { event_log_.slot_over(slot); }
   void stole(const dispatch::Steal& steal) override { event_log_.stole(steal); }

@@ -126,7 +126,9 @@ void Nodes::give_output(const plan::Leader& leader, int from_cpu) {
   Outputs& given = outputs(leader);
   ++given.count;
   given.newest = cpus_.now();
-  for (const std::size_t controller : given.subscribers) client_.wake(controller, from_cpu);
+  for (const auto& [controller, count] : given.subscribers) {
+    if (given.count >= count) client_.wake(controller, from_cpu);
+  }
 }
 
 void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {

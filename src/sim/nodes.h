@@ -54,9 +54,14 @@ using Body = std::function<void(Run&)>;
 
 // Of a subchain's tail, or of an unscheduled node, for the controllers that follow them.
 struct Outputs {
+  struct Subscriber {
+    std::size_t controller = 0;
+    std::uint64_t count = 0;  // from which on it is woken at each
+  };
+
   std::uint64_t count = 0;
   TimePoint newest{};
-  std::vector<std::size_t> subscribers;  // controllers that are woken at each
+  std::vector<Subscriber> subscribers;
 };
 
 // Between a subchain's nodes and the controller that holds it.

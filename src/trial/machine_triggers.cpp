@@ -90,8 +90,8 @@ int Machine::core_of_controller(const Subchain& subchain) const {
 
 void Machine::hear_output(const std::vector<std::size_t>& followers) {
   for (const std::size_t index : followers) {
-    ++subchains_[index].leader_outputs;
-    pace(subchains_[index], WokenBy::kEvent);
+    Subchain& follower = subchains_[index];
+    if (++follower.leader_outputs >= follower.trigger->awaited_outputs()) pace(follower, WokenBy::kEvent);
   }
 }
 

@@ -134,7 +134,9 @@ class FakeWorld {
     Subchain& leader = of(id);
     ++leader.outputs;
     leader.newest_output = now;
-    for (const std::size_t subscriber : leader.subscribers) acting_[subscriber].until = now;
+    for (const std::size_t subscriber : leader.subscribers) {
+      if (leader.outputs >= acting_[subscriber].awaited_outputs) acting_[subscriber].until = now;
+    }
   }
   // Lets a test look at the world after each step.
   std::function<void()> after_step = [] {};
@@ -223,15 +225,16 @@ class FakeWorld {
       const Subchain& leader = world_->of(id);
       return {leader.outputs, leader.newest_output};
     }
-    bool await_outputs(const plan::Leader& id, bool wanted, std::uint64_t known) override {
+    bool await_outputs(const plan::Leader& id, std::uint64_t count) override {
+      ignore_outputs(id);
       Subchain& leader = world_->of(id);
-      std::erase(leader.subscribers, number_);
-      if (!wanted) return true;
-      if (leader.outputs != known) completion_came = true;
+      awaited_outputs = count;
+      if (leader.outputs >= count) completion_came = true;
       if (leader.subscribers.size() >= world_->max_subscribers) return false;
       leader.subscribers.push_back(number_);
       return true;
     }
+    void ignore_outputs(const plan::Leader& id) override { std::erase(world_->of(id).subscribers, number_); }
     std::optional<Ticks> clock(NodeId /*node*/) const override { return world_->clock; }
     void slot_over(const dispatch::SlotUse& slot) override { world_->slots.push_back(slot); }
     void stole(const dispatch::Steal& steal) override { world_->steals.push_back(steal); }
@@ -244,6 +247,7 @@ class FakeWorld {
     std::unique_ptr<Controller> controller;
     TimePoint until = kNever;      // when it steps next
     bool completion_came = false;  // while it was deciding
+    std::uint64_t awaited_outputs = 0;
 
    private:
     Subchain& held(SubchainId id) {
