@@ -1,5 +1,6 @@
 // Promises of apps of kinds that are seldom: unscheduled nodes in exclusive groups, runs that wait on several cores,
-// queue nodes in frames. At constant costs no response of a chain takes longer than is promised.
+// queue nodes in frames, outputs that come less often than runs. At constant costs no response of a chain takes longer
+// than is promised.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -118,6 +119,83 @@ TEST(PromisesOfAllKinds, HoldForQueueNodesInFrames) {
   }
   EXPECT_GT(compared, 300) << "or nothing was tested";
   EXPECT_GT(bursts, 20) << "or nothing was tested";
+}
+
+// Each by its own time, or triggered by each so-many-th output of a predecessor.
+TEST(PromisesOfAllKinds, HoldWhereOutputsComeLessOftenThanRuns) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const int cores = 1 + static_cast<int>(seed % 2);
+    // Drivers have cores of their own.
+    const int drivers = seed % 3 == 0 ? 3 : 0;
+    planner::RandomLimits limits{.subchains = 3, .max_cost = 4.0, .pairs = true, .drivers = drivers > 0 ? 2 : 0};
+    limits.output_periods = true;
+    const planner::RandomCase of = planner::random_case(seed, limits, drivers + cores);
+    const graph::Graph& graph = of.app.graph;
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    trial::Schedule schedule{.cores = drivers + cores, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < graph.subchains().size(); ++i) {
+      const Nanos period = to_nanos(Millis{uniform(15.0, 60.0)});
+      trial::Place place{.core = drivers + static_cast<int>(random() % static_cast<unsigned>(cores)),
+                         .priority = 1 + static_cast<int>(random() % 100),
+                         .period = period,
+                         .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))};
+      for (const NodeId predecessor : graph.node(graph.subchain(SubchainId(i)).head()).predecessors) {
+        const graph::Node& given = graph.node(predecessor);
+        if ((!given.unscheduled && (!given.subchain || given.subchain->index() >= i)) || random() % 2 == 0) continue;
+        const int every = 1 + static_cast<int>(random() % 3);
+        place.after = given.unscheduled ? plan::After{predecessor, every} : plan::After{*given.subchain, every};
+        const Nanos apart =
+            given.unscheduled ? given.outputs_apart() : schedule.subchains[given.subchain->index()].period;
+        place.period = every * apart * 9 / 10;
+        place.phase = Nanos{0};
+      }
+      schedule.subchains.push_back(place);
+    }
+    const trial::Samples samples = constant(of.app, of.costs);
+    const auto plan = planner::plan_of(of.app, samples, of.costs, schedule, 0.0);
+    if (!plan) continue;
+    compared += held_chains(of, samples, *plan, schedule, seconds{60}, 30, seed);
+  }
+  EXPECT_GT(compared, 300) << "or nothing was tested";
+}
+
+TEST(PromisesOfAllKinds, HoldInFramesWhereOutputsComeLessOftenThanRuns) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 80; ++seed) {
+    planner::RandomLimits limits{.subchains = 3, .min_cost = 0.5, .max_cost = 30.0, .pairs = true};
+    limits.output_periods = true;
+    limits.waits = seed % 5 == 0;
+    const planner::RandomCase of = planner::random_case(seed, limits, 1);
+    const Result<plan::Plan> plan = paper::make_plan(of.app, of.costs, {.cores = 1, .slack = 0.0});
+    ASSERT_TRUE(plan);
+    model::CostTable costs = of.costs;
+    for (const graph::Subchain& subchain : of.app.graph.subchains()) {
+      for (const NodeId node : subchain.nodes) costs.set(node, costs[node].times(1.0 - 1e-5));
+    }
+    compared +=
+        held_chains(of, constant(of.app, costs), *plan, trial::schedule_of(of.app, *plan), seconds{60}, 30, seed);
+  }
+  EXPECT_GT(compared, 100) << "or nothing was tested";
+}
+
+// Runs each 20 ms for 2, of which only those count that end at 22 ms or more after what the last one was due.
+TEST(PromisesOfAllKinds, AnOutputWaitsForARunAfterItsPeriod) {
+  graph::AppSpec spec = graph::spec_of({"lidar", "base"}, {"lidar base"});
+  node(spec, "lidar").output_period = graph::At<Nanos>{milliseconds{22}, {}};
+  node(spec, "base").external = true;
+  spec.objective = {graph::response("lidar base", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  const model::CostTable costs(app.graph, Millis{2});
+  const trial::Samples samples = constant(app, costs);
+  const trial::Schedule schedule{
+      .cores = 1, .subchains = {{.period = milliseconds{20}}}, .frames = {}, .pipelines = {}};
+  const auto plan = planner::plan_of(app, samples, costs, schedule, 0.0);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->chains[0].response, Millis{2 + 22 + 20 + 2});
+  const Nanos seen = longest_in(app, samples, schedule, seconds{60})->metrics().chains()[0].response.longest;
+  EXPECT_EQ(seen, milliseconds{42}) << "not 24";
 }
 
 // A driver that runs for 8 ms each 32, and must not do so while 24 ms of a map are under way.

@@ -17,7 +17,9 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
     timing.period = subchain.period;
     timing.execution = subchain.execution;
     timing.wait = subchain.longest_gap;
-    timing.runs_per_output = costs.runs_per_output(graph.subchain(*element.subchain), element.nodes.back());
+    const graph::Subchain& described = graph.subchain(*element.subchain);
+    timing.runs_per_output = costs.runs_per_output(described, element.nodes.back());
+    timing.left_out = left_out(graph, costs, described, element.nodes.back()).most(timing.execution);
   } else {
     const NodeId node = element.nodes.front();
     timing.period = evaluate_period(graph, node, subchains);
@@ -27,10 +29,17 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
       timing.wait = timing.period + output_lateness(graph, costs, kept_waiting, *leader, 0.0);
     }
     if (timing.execution > timing.wait.value_or(timing.period)) timing.wait = timing.execution;
+    timing.left_out = left_out(graph.node(node)).most(timing.execution);
   }
-  const Nanos output_period = graph.output_period_up_to(element.nodes.back());
-  if (output_period > Nanos{0}) timing.output_period = to_millis(output_period);
+  timing.output_period = to_millis(graph.output_period_up_to(element.nodes.back()));
   return timing;
+}
+
+// Of one that the next element follows: that one's period is what outputs are apart on average, and has the rest.
+Millis left_out_beside_period(const graph::Graph& graph, const graph::ChainElement& element,
+                              const ElementTiming& timing, const CostTable& costs) {
+  if (!element.subchain) return timing.left_out + timing.runs_per_output * timing.period - timing.outputs_apart();
+  return outputs_late(graph, costs, graph.subchain(*element.subchain), timing.period, timing.execution);
 }
 
 bool is_triggered_by(const graph::ChainElement& element, const graph::ChainElement& before,
@@ -68,8 +77,9 @@ ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> pa
   for (const graph::ChainElement& element : chain) {
     elements.push_back(evaluate_element(graph, element, costs, subchains, kept_waiting));
     if (before != nullptr && is_triggered_by(element, *before, subchains)) {
-      const Millis left_out = elements.back().period - elements[elements.size() - 2].period;
-      elements.back().wait = in_line ? Millis{0} : std::max(left_out, Millis{0});
+      ElementTiming& leader = elements[elements.size() - 2];
+      elements.back().wait = in_line ? Millis{0} : std::max(elements.back().period - leader.period, Millis{0});
+      leader.left_out = left_out_beside_period(graph, *before, leader, costs);
       all_new = false;
     } else if (before != nullptr) {
       in_line = false;

@@ -86,7 +86,7 @@ TEST(EvaluateClocks, ATickIsAnElementThatCostsNothing) {
 TEST_F(Evaluate, ANodeThatEmitsRarelySlowsTheChainDownToIt) {
   const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs_, timings_);
   EXPECT_EQ(timing.latency, Millis{30 + 8 + 6});
-  EXPECT_EQ(timing.period, Millis{100});
+  EXPECT_EQ(timing.period, Millis{100 + 40 + 30});
   EXPECT_EQ(evaluate_period(app_.graph, *app_.graph.find_node("vio"), timings_), Millis{40});
 }
 
@@ -98,12 +98,23 @@ TEST(EvaluateOutputPeriods, WhatComesBehindOneThatEmitsRarelyRunsAsRarely) {
   spec.objective.push_back(graph::response("b c", 1.0));
   const graph::App app = graph::build_app(spec).value();
   const std::vector<SubchainTiming> timings{{Millis{10}, Millis{6}}};
-  EXPECT_EQ(evaluate_chain(app.graph, path(app, "b c"), CostTable(app.graph, Millis{1}), timings).period, Millis{700});
+  EXPECT_EQ(evaluate_chain(app.graph, path(app, "b c"), CostTable(app.graph, Millis{1}), timings).period,
+            Millis{10 + 700 + 6});
   EXPECT_EQ(evaluate_period(app.graph, *app.graph.find_node("a"), timings), Millis{10});
   EXPECT_EQ(evaluate_period(app.graph, *app.graph.find_node("b"), timings), Millis{700});
 }
 
-// camera gives an output in every second run, and vio in every third one of its own.
+// A subchain that follows such outputs has their period; the longest time between two of them is a run longer.
+TEST_F(Evaluate, AFollowerOfOneThatEmitsRarelyComesAsSeldomAndARunLater) {
+  std::vector<SubchainTiming> timings = timings_;
+  timings[1] = {Millis{100}, Millis{6}};
+  timings[1].follows = SubchainId(0);
+  const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs_, timings);
+  EXPECT_EQ(timing.latency, Millis{30 + 6});
+  EXPECT_EQ(timing.period, Millis{100 + 40 + 30}) << "not 230";
+}
+
+// camera gives an output in every second run, b in every third one of its own, and vio each 100 ms.
 TEST_F(Evaluate, RunsWithoutOutputSlowTheChainDown) {
   CostTable costs = costs_;
   const NodeId camera = *app_.graph.find_node("camera");
@@ -111,10 +122,11 @@ TEST_F(Evaluate, RunsWithoutOutputSlowTheChainDown) {
   EXPECT_EQ(evaluate_chain(app_.graph, path(app_, "camera"), costs, timings_).period, Millis{2 * 40});
   const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs, timings_);
   EXPECT_EQ(timing.latency, Millis{30 + 8 + 6});
-  EXPECT_EQ(timing.period, Millis{100}) << "what the app file says of vio is longer";
-  costs.set_runs_per_output(*app_.graph.find_node("vio"), 3.0);
-  EXPECT_EQ(evaluate_chain(app_.graph, path(app_, "vio a b"), costs, timings_).period, Millis{2 * 3 * 40})
-      << "vio runs on an output of camera";
+  EXPECT_EQ(timing.period, Millis{2 * 40 + 100 + 30}) << "vio runs on an output of camera";
+  costs.set_runs_per_output(*app_.graph.find_node("a"), 2.0);
+  costs.set_runs_per_output(*app_.graph.find_node("b"), 3.0);
+  EXPECT_EQ(evaluate_chain(app_.graph, path(app_, "a b"), costs, timings_).period, Millis{2 * 3 * 8})
+      << "b runs on an output of a";
   EXPECT_EQ(evaluate_period(app_.graph, camera, timings_), Millis{40});
 }
 
@@ -149,7 +161,7 @@ TEST_F(Evaluate, TheLongestGapIsWaitedFor) {
   timings[1].longest_gap = Millis{11};
   const ChainTiming second = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs_, timings);
   EXPECT_EQ(second.latency, Millis{30 + 11 + 6});
-  EXPECT_EQ(second.period, Millis{100});
+  EXPECT_EQ(second.period, Millis{100 + 40 + 30});
   const ChainTiming first = evaluate_chain(app_.graph, path(app_, "a b"), costs_, timings);
   EXPECT_EQ(first.latency, Millis{6});
   EXPECT_EQ(first.period, Millis{11});

@@ -73,14 +73,42 @@ InputWait InStep::wait(Millis execution, bool below) const {
   return wait;
 }
 
+LeftOut left_out(const graph::Graph& graph, const CostTable& costs, const graph::Subchain& subchain, NodeId node) {
+  LeftOut left;
+  for (const NodeId each : subchain.nodes) {
+    if (graph.node(each).output_period) {
+      left.periods += to_millis(*graph.node(each).output_period);
+      left.runs += 1.0;
+    } else {
+      left.periods *= costs.runs_per_output(each);
+      left.runs *= costs.runs_per_output(each);
+    }
+    if (each == node) break;
+  }
+  return left;
+}
+
+LeftOut left_out(const graph::Node& unscheduled) {
+  if (!unscheduled.output_period) return {};
+  return {to_millis(*unscheduled.output_period), 1.0};
+}
+
+Millis outputs_late(const graph::Graph& graph, const CostTable& costs, const graph::Subchain& subchain, Millis period,
+                    Millis execution) {
+  const Millis runs = costs.runs_per_output(subchain, subchain.tail()) * period;
+  const Millis usual = std::max(runs, to_millis(graph.output_period_up_to(subchain.tail())));
+  return runs + left_out(graph, costs, subchain, subchain.tail()).most(execution) - usual;
+}
+
 ChainTiming chain_timing(std::span<const ElementTiming> elements) {
   assert(!elements.empty());
   ChainTiming timing;
   for (const ElementTiming& element : elements) {
     if (&element != &elements.front()) timing.latency += element.wait.value_or(element.period);
     timing.latency += element.execution;
-    timing.period = std::max(timing.period, element.outputs_apart());
+    timing.period = std::max(timing.period, element.period * element.runs_per_output);
   }
+  for (const ElementTiming& element : elements) timing.period += element.left_out;
   const ElementTiming& first = elements.front();
   if (first.wait) timing.period += std::max(*first.wait - first.period, Millis{0});
   timing.response = timing.latency + timing.period;

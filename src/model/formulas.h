@@ -87,21 +87,40 @@ class InStep {
 };
 constexpr Millis kTogether{0.05};
 
+// By how much more two outputs of a node may be apart than its runs, since it, or one before it in its subchain, has an
+// `output_period`. Each run that ends before that is over gives no output, and the next one may end a period, and what
+// a run takes, after it is: so all of these are between two outputs, P + p + L.
+struct LeftOut {
+  Millis periods{0};  // P
+  double runs = 0.0;  // so many times L
+
+  Millis most(Millis execution) const { return periods + runs * execution; }
+};
+LeftOut left_out(const graph::Graph& graph, const CostTable& costs, const graph::Subchain& subchain, NodeId node);
+// The same of an unscheduled node.
+LeftOut left_out(const graph::Node& unscheduled);
+
+// By how much more than on average outputs of the subchain's last node may be apart for that; 0: it is for nothing.
+Millis outputs_late(const graph::Graph& graph, const CostTable& costs, const graph::Subchain& subchain, Millis period,
+                    Millis execution);
+
 // One element of a chain, as planned.
 struct ElementTiming {
-  Millis period{0};                     // p
-  Millis execution{0};                  // L
-  std::optional<Millis> output_period;  // of one of its nodes, where longer than p
-  std::optional<Millis> wait{};         // of its input, at most, or of what the first one senses; none: p
-  double runs_per_output = 1.0;         // of its last node
+  Millis period{0};              // p
+  Millis execution{0};           // L
+  Millis output_period{0};       // the longest of its nodes; 0: none has any
+  std::optional<Millis> wait{};  // of its input, at most, or of what the first one senses; none: p
+  double runs_per_output = 1.0;  // of its last node
+  Millis left_out{0};            // that two outputs may be apart beyond runs_per_output * p, at most
 
   // On average.
-  Millis outputs_apart() const { return std::max(period * runs_per_output, output_period.value_or(Millis{0})); }
+  Millis outputs_apart() const { return std::max(period * runs_per_output, output_period); }
 };
 
 struct ChainTiming {
-  Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x); in place of p_x its wait, where that is given
-  Millis period{0};    // of outputs: max p_x, with runs per output and output periods, + what the first waits beyond p
+  Millis latency{0};  // L_1 + sum_{x >= 2} (p_x + L_x); in place of p_x its wait, where that is given
+  Millis period{
+      0};  // of outputs: max p_x, with runs per output, + all that is left out + what the first waits beyond p
   Millis response{0};  // latency + period
 };
 

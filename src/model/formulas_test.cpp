@@ -141,11 +141,34 @@ TEST(ChainTiming, OfEqualPeriodsAndExecutionsIsThePapersTable) {
   EXPECT_EQ(timing.response, Millis{34});
 }
 
-TEST(ChainTiming, WaitsForAnOutputThatIsRarerThanTheRuns) {
-  const std::vector<ElementTiming> row{{Millis{10}, Millis{4}, Millis{667}}, {Millis{20}, Millis{5}, Millis{1}}};
+// Guards: of two elements with an output period the longer one alone was waited for, and of that no run.
+TEST(ChainTiming, WaitsForOutputsThatAreRarerThanTheRunsOfEachElement) {
+  const std::vector<ElementTiming> row{{.period = Millis{10}, .execution = Millis{4}, .left_out = Millis{667 + 4}},
+                                       {.period = Millis{20}, .execution = Millis{5}, .left_out = Millis{30 + 5}}};
   const ChainTiming timing = chain_timing(row);
   EXPECT_EQ(timing.latency, Millis{4 + 20 + 5});
-  EXPECT_EQ(timing.period, Millis{667});
+  EXPECT_EQ(timing.period, Millis{20 + 667 + 4 + 30 + 5});
+}
+
+// Of c, which has none itself, each other run gives an output: so much longer are the periods of a and b, too.
+TEST(OutputPeriods, AreAllBetweenTwoOutputsOfNodesBehind) {
+  graph::AppSpec spec = graph::spec_of({"a", "b", "c"}, {"a b c"});
+  node(spec, "a").output_period = graph::At<Nanos>{std::chrono::milliseconds{30}, {}};
+  node(spec, "b").output_period = graph::At<Nanos>{std::chrono::milliseconds{100}, {}};
+  spec.subchains = {graph::subchain("s", "a b c")};
+  spec.objective = {graph::response("a b c", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  CostTable costs(app.graph, Millis{1});
+  costs.set_runs_per_output(NodeId(2), 2.0);
+  const graph::Subchain& subchain = app.graph.subchain(SubchainId(0));
+  const auto most = [&](std::size_t node) {
+    return left_out(app.graph, costs, subchain, NodeId(node)).most(Millis{5});
+  };
+  EXPECT_EQ(most(0), Millis{30 + 5});
+  EXPECT_EQ(most(1), Millis{30 + 100 + 2 * 5});
+  EXPECT_EQ(most(2), Millis{2 * (30 + 100 + 2 * 5)});
+  costs.set_runs_per_output(NodeId(2), 1.0);
+  EXPECT_EQ(outputs_late(app.graph, costs, subchain, Millis{10}, Millis{5}), Millis{10 + 30 + 100 + 2 * 5 - 100});
 }
 
 struct Case {

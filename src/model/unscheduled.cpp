@@ -85,6 +85,7 @@ Millis output_lateness(const graph::Graph& graph, const CostTable& costs, std::s
   Millis late{0};
   for (std::optional<NodeId> at = node; at; at = graph.node(*at).follows) {
     late += (costs[*at].single_thread() + exclusive_wait_of(waits, *at)) / (1.0 - slack) + costs.wait(*at);
+    if (graph.node(*at).output_period) late += to_millis(*graph.node(*at).period);
   }
   return late;
 }

@@ -28,7 +28,8 @@ inline Millis exclusive_wait_of(std::span<const Millis> waits, NodeId node) {
 }
 
 // How late an output of an unscheduled node may be: its own run, and those of the nodes that it follows, with all that
-// they wait for. `costs`: on cores of the first kind; `waits`: exclusive_waits().
+// they wait for; and where one has an `output_period`, a period, since that ends between two runs. `costs`: on cores of
+// the first kind; `waits`: exclusive_waits().
 Millis output_lateness(const graph::Graph& graph, const CostTable& costs, std::span<const Millis> waits, NodeId node,
                        double slack);
 

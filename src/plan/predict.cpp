@@ -69,11 +69,17 @@ class Timings {
     if (const NodeId* const leader = after.node())
       return model::output_lateness(app_.graph, costs_, exclusive_waits_, *leader, 0.0);
     const SubchainId leader = *after.subchain();
-    const Millis run = subchains_[leader.index()].execution;
+    const SubchainPlan& planned = subchains_[leader.index()];
+    const Millis left_out =
+        model::outputs_late(app_.graph, costs_, app_.graph.subchain(leader), planned.period, planned.execution);
+    const Millis run = std::max(planned.execution, left_out);
     const Member* const member = members_[leader.index()];
     if (member == nullptr || steps == 0) return run;
     // It waits for its own end, but where it is held back longer.
-    if (member->pause) return std::clamp(after.every * (member->period - *member->pause), Millis{0}, run);
+    if (member->pause) {
+      const Millis held = std::clamp(after.every * (member->period - *member->pause), Millis{0}, planned.execution);
+      return std::max(held, left_out);
+    }
     return member->after ? outputs_late(*member->after, steps - 1) + run : run;
   }
 

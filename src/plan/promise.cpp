@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/formulas.h"
 #include "model/unscheduled.h"
 #include "plan/batches.h"
 #include "plan/limits.h"
@@ -84,6 +85,13 @@ class Analysis {
     return by_kind_.front().runs_per_output(leader, leader.tail());
   }
 
+  // Where output periods let one of its runs give an output, and not another.
+  Millis outputs_late(SubchainId id, Millis run) const {
+    const graph::Subchain& subchain = app_.graph.subchain(id);
+    if (app_.graph.output_period_up_to(subchain.tail()) == Nanos{0}) return Millis{0};
+    return model::outputs_late(app_.graph, by_kind_.front(), subchain, period_of(id), run);
+  }
+
   // J, at the responses found so far.
   Millis jitter_of(const Member& member) const {
     const std::size_t i = member.subchain.index();
@@ -97,7 +105,7 @@ class Analysis {
     const std::size_t leader = member.after->subchain()->index();
     const bool owns = member_of(plan_, *member.after->subchain()) == nullptr;
     const Millis run = owns ? plan_.subchains[leader].execution : promises_[leader].execution;
-    return late + run + jitter_[leader];
+    return late + std::max(run, outputs_late(*member.after->subchain(), run)) + jitter_[leader];
   }
 
   // Calls `use` for each that holds its triggers apart, however early outputs come. What is triggered by a pause is

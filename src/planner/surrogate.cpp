@@ -147,6 +147,7 @@ void Surrogate::know_outputs_and_waits(const trial::Samples& samples, const mode
     output_period_.push_back(std::max(to_millis(app_.graph.output_period_up_to(subchain.tail())).count(),
                                       apart_by_clocks(app_.graph, planned, subchain, subchain.tail())));
     runs_per_output_.push_back(planned.runs_per_output(subchain, subchain.tail()));
+    left_out_.push_back(model::left_out(app_.graph, planned, subchain, subchain.tail()));
     double& waits = waits_.emplace_back(0.0);
     double& parts = parts_.emplace_back(1.0);
     double& planned_waits = planned_waits_.emplace_back(0.0);
@@ -199,8 +200,10 @@ void Surrogate::know_term(const graph::Term& term, const trial::Samples& samples
     if (element.subchain) {
       const graph::Subchain& subchain = app_.graph.subchain(*element.subchain);
       added.output_period = std::max(added.output_period, apart_by_clocks(app_.graph, planned, subchain, node));
+      added.left_out = model::left_out(app_.graph, planned, subchain, node);
       continue;
     }
+    added.left_out = model::left_out(app_.graph.node(node));
     added.node = node;
     added.period = own_period(app_.graph, node);
     added.follows = element.follows;

@@ -36,6 +36,7 @@
 #include "graph/app.h"
 #include "model/batches.h"
 #include "model/cost.h"
+#include "model/formulas.h"
 #include "plan/trigger_line.h"
 #include "planner/run_spread.h"
 #include "trial/samples.h"
@@ -93,6 +94,7 @@ class Surrogate {
     double planned = 0.0;  // what a run of that node costs and waits, as promised
     double output_period = 0.0;
     double runs_per_output = 1.0;
+    model::LeftOut left_out{};       // by output periods
     bool follows = false;            // as graph::ChainElement
     std::optional<NodeId> leader{};  // that it follows, in the chain or not
   };
@@ -208,6 +210,8 @@ class Surrogate {
   double runs_per_output(const plan::After& after) const;
   double promised_lateness(const plan::After& after) const;
   double promised_gap(const trial::Schedule& schedule, std::size_t subchain) const;
+  double outputs_late(std::size_t subchain) const;
+  double left_out(const Element& element, bool followed) const;
   // Preconditions of both: it is triggered by outputs.
   bool is_held_back(const trial::Schedule& schedule, std::size_t subchain) const;
   bool may_be_held_back(const trial::Schedule& schedule, std::size_t subchain) const;
@@ -263,15 +267,16 @@ class Surrogate {
   std::vector<model::CostTable> tables_;
   // By subchain: from its core, by what has its exclusive group and waits. Empty if the app has no exclusive groups.
   std::vector<bool> kept_away_;
-  int rounds_;                           // until periods are good enough for a guess
-  std::vector<double> waits_;            // by subchain
-  std::vector<double> planned_waits_;    // by subchain
-  std::vector<double> parts_;            // by subchain
-  std::vector<double> output_period_;    // by subchain: the longest of its nodes'
-  std::vector<double> runs_per_output_;  // by subchain: of its tail's
-  struct Arrivals {                      // of an unscheduled node's outputs
-    double apart = 0.0;                  // where each run gives one
-    double late = 0.0;                   // as planned, at most
+  int rounds_;                            // until periods are good enough for a guess
+  std::vector<double> waits_;             // by subchain
+  std::vector<double> planned_waits_;     // by subchain
+  std::vector<double> parts_;             // by subchain
+  std::vector<double> output_period_;     // by subchain: the longest of its nodes'
+  std::vector<double> runs_per_output_;   // by subchain: of its tail's
+  std::vector<model::LeftOut> left_out_;  // by subchain: of its tail's outputs
+  struct Arrivals {                       // of an unscheduled node's outputs
+    double apart = 0.0;                   // where each run gives one
+    double late = 0.0;                    // as planned, at most
     double runs_per_output = 1.0;
   };
   std::vector<Arrivals> arrivals_;  // by node

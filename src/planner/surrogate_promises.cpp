@@ -11,7 +11,30 @@ namespace ctn::planner {
 
 double Surrogate::promised_lateness(const plan::After& after) const {
   if (const NodeId* const node = after.node()) return arrivals_[node->index()].late;
-  return timings_[after.subchain()->index()].promised_execution;
+  const std::size_t leader = after.subchain()->index();
+  return std::max(timings_[leader].promised_execution, outputs_late(leader));
+}
+
+// By how much more than on average its outputs are apart, at most, for output periods (model::outputs_late()).
+double Surrogate::outputs_late(std::size_t subchain) const {
+  const model::LeftOut& left_out = left_out_[subchain];
+  if (left_out.runs == 0.0) return 0.0;
+  const Timing& timing = timings_[subchain];
+  const double runs = timing.promised_period * runs_per_output_[subchain];
+  const double most = left_out.most(Millis{timing.promised_execution}).count();
+  return std::max(runs + most - std::max(runs, output_period_[subchain]), 0.0);
+}
+
+// What two outputs of an element may be apart beyond its runs; `followed`: beyond the period of the one that follows
+// it.
+double Surrogate::left_out(const Element& element, bool followed) const {
+  if (element.left_out.runs == 0.0) return 0.0;
+  if (element.subchain) {
+    const std::size_t i = element.subchain->index();
+    return followed ? outputs_late(i) : element.left_out.most(Millis{timings_[i].promised_execution}).count();
+  }
+  const double most = element.left_out.most(Millis{promised_run(element)}).count();
+  return followed ? element.period + most - std::max(element.period, element.output_period) : most;
 }
 
 // How far apart the triggers of a follower are on average, where its leader has the period that it is promised: its own
@@ -43,10 +66,12 @@ double Surrogate::promised_gap(const trial::Schedule& schedule, std::size_t subc
     const std::size_t leader = (*after)->subchain()->index();
     const trial::Place& place = schedule.subchains[leader];
     const double run = timings_[leader].promised_execution;
+    const double late = outputs_late(leader);
     if (place.pause) {
-      return gap + std::clamp(to_millis((*after)->every * (place.period - *place.pause)).count(), 0.0, run);
+      const double held = std::clamp(to_millis((*after)->every * (place.period - *place.pause)).count(), 0.0, run);
+      return gap + std::max(held, late);
     }
-    gap += run;
+    gap += std::max(run, late);
     after = &place.after;
   }
   return gap;

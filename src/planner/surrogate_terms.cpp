@@ -127,6 +127,7 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
   const Element* before = nullptr;
   double period_before = 0.0;
   double first_late = 0.0;
+  double left_out = 0.0;
   bool in_line = true;  // all since the first follow the one before
   std::optional<Ticked> begun;
   for (const Element& element : term.elements) {
@@ -181,11 +182,14 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
     } else {
       latency += before == nullptr ? timing->from_begin : timing->execution;
     }
-    period = std::max({period, own * element.runs_per_output, element.output_period});
+    if (!usual && before != nullptr) left_out += this->left_out(*before, follows);
+    period = std::max(period, own * element.runs_per_output);
+    if (usual) period = std::max(period, element.output_period);
     period_before = own;
     before = &element;
   }
-  return latency + first_late + period;
+  if (!usual) left_out += this->left_out(*before, false);
+  return latency + first_late + left_out + period;
 }
 
 }  // namespace ctn::planner

@@ -45,7 +45,8 @@ struct RandomLimits {
   // Unscheduled nodes, which begin chains, and one that follows the first of them. With `exclusive` they are in the
   // group, with the first subchain alone or with all.
   int drivers = 0;
-  bool threads = false;  // some nodes may use two or three threads
+  bool threads = false;         // some nodes may use two or three threads
+  bool output_periods = false;  // some nodes give outputs less often than they run
 };
 
 // As if all of its subchains began with callbacks of messages.
@@ -70,6 +71,7 @@ class RandomCaseBuilder {
     draw_rates();
     draw_bounds();
     if (limits_.threads) draw_threads();
+    if (limits_.output_periods) draw_output_periods();
     if (limits_.exclusive) draw_exclusive_group();
     if (limits_.reversed) reverse();
     if (limits_.kinds) draw_core_kinds(cores);
@@ -152,6 +154,13 @@ class RandomCaseBuilder {
     for (graph::NodeSpec& any : spec_.nodes) {
       if (!any.external && !any.unscheduled)
         any.max_threads = graph::At<int>{1 + static_cast<int>(uniform(0.0, 2.99)), {}};
+    }
+  }
+
+  void draw_output_periods() {
+    for (graph::NodeSpec& any : spec_.nodes) {
+      if (any.external || chance(0.5)) continue;
+      any.output_period = graph::At<Nanos>{to_nanos(Millis{uniform(0.5, 6.0) * total_}), {}};
     }
   }
 
