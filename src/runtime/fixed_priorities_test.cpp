@@ -293,6 +293,15 @@ TEST_F(OutputSubscribersTest, CountsAreComparedAlsoWhereTheyWrapAround) {
   EXPECT_EQ(wakes(1), 1U);
 }
 
+// A program may write what it likes: a follower that waited for a count of before would sleep for days.
+TEST_F(OutputSubscribersTest, AreWokenWhereTheCountHasFallenBack) {
+  signal.outputs.store(1'000'000);
+  EXPECT_TRUE(signal.subscribe(1, 1'000'007));
+  signal.outputs.store(0);
+  signal.give_output(fake, region, TimePoint{});
+  EXPECT_EQ(wakes(1), 1U);
+}
+
 TEST_F(OutputSubscribersTest, WhereThereIsNoRoomOneIsTold) {
   for (std::size_t controller = 0; controller < SignalCell::kMaxSubscribers; ++controller) {
     EXPECT_TRUE(signal.subscribe(controller, 1));

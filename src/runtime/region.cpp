@@ -92,10 +92,14 @@ namespace {
 
 constexpr std::uint64_t kController = (std::uint64_t{1} << OutputCell::kControllerBits) - 1;
 
-// Whether a count has reached what a subscriber waits for, of which only the lower bits are known.
-bool is_reached(std::uint64_t count, std::uint64_t subscriber) {
-  const std::uint64_t beyond = (count << OutputCell::kControllerBits) - (subscriber & ~kController);
-  return static_cast<std::int64_t>(beyond) >= 0;
+// What a subscriber waits for is a few outputs away. More of them are none that will come: the count is beyond it, or
+// has fallen back, since others may have overwritten it.
+constexpr std::uint64_t kFarAway = 4096;
+
+// Whether a subscriber is to look at the count. Of what it waits for only the lower bits are known.
+bool is_to_look(std::uint64_t count, std::uint64_t subscriber) {
+  const std::uint64_t left = (subscriber & ~kController) - (count << OutputCell::kControllerBits);
+  return left == 0 || left > kFarAway << OutputCell::kControllerBits;
 }
 
 }  // namespace
@@ -108,7 +112,7 @@ void OutputCell::give_output(os::Threads& threads_to_wake, const Region& region,
   for (const std::atomic<std::uint64_t>& each : subscribers) {
     const std::uint64_t subscriber = each.load(std::memory_order_seq_cst);
     const std::uint64_t controller = subscriber & kController;
-    if (controller == 0 || controller > region.controller_cells() || !is_reached(count, subscriber)) continue;
+    if (controller == 0 || controller > region.controller_cells() || !is_to_look(count, subscriber)) continue;
     region.controller_cell(controller - 1).wake(threads_to_wake);
   }
 }
