@@ -1,5 +1,6 @@
 #include "ros1/program.h"
 
+#include <pthread.h>
 #include <ros/console.h>
 #include <ros/this_node.h>
 
@@ -108,14 +109,18 @@ Program::CandidatePtr Program::find(const Binding* binding, ros::CallbackQueueIn
       std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == *binding; });
   if (known != nodes_.end()) return (*known)->add_candidate(queue);
   nodes_.push_back(std::make_unique<BoundNode>(*binding, message_runs_.get(), kept_, connection_));
+  changed_.notify_all();
   return nodes_.back()->add_candidate(queue);
 }
 
-// By a thread of its own, which sleeps all the time: in a program of one node it is one of the node's.
+// By a thread of its own. In a program of one node it is one of the node's, so it sleeps, and ends when all are there.
 void Program::tell_missing() {
+  ::pthread_setname_np(::pthread_self(), "catan-missing");
   const auto until = std::chrono::steady_clock::now() + kAllShouldBeThere;
   std::unique_lock lock(mutex_);
-  if (stop_.wait_until(lock, until, [this] { return stopped_.load(); })) return;
+  const auto is_over = [this] { return stopped_.load() || nodes_.size() == bindings_->size(); };
+  changed_.wait_until(lock, until, is_over);
+  if (stopped_.load()) return;
   for (const Binding& binding : *bindings_) {
     const bool is_there =
         std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == binding; });
@@ -131,7 +136,7 @@ void Program::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopped_.store(true);
-    stop_.notify_all();
+    changed_.notify_all();
     for (const auto& node : nodes_) node->stop();
   }
   connection_.stop();

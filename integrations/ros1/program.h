@@ -69,9 +69,9 @@ class Program {
   std::optional<std::vector<Binding>> bindings_;  // of this ROS node
   AskedCallbacks asked_;                          // under mutex_, until all that is missing was told
   ServerConnection connection_;
-  std::deque<std::unique_ptr<BoundNode>> nodes_;
-  std::atomic<bool> stopped_{false};  // becomes true under mutex_
-  std::condition_variable stop_;
+  std::deque<std::unique_ptr<BoundNode>> nodes_;  // of each binding one at most
+  std::atomic<bool> stopped_{false};              // becomes true under mutex_
+  std::condition_variable changed_;               // of stopped_ and nodes_
 };
 
 }  // namespace catan_ros
