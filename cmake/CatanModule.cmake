@@ -92,9 +92,10 @@ function(catan_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   catan_unity(${name})
-  # Most of the time that a test takes to compile would go into making it fast, which only what is tested needs to be.
-  target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O0>)
-  target_include_directories(${name} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
+  catan_test_options(${name})
+  if(CATAN_UNITY)
+    target_precompile_headers(${name} REUSE_FROM catan_test_headers)
+  endif()
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main rapidcheck)
   set(options DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
   if(NOT CATAN_SANITIZE)
@@ -117,6 +118,32 @@ function(catan_test name)
     gtest_discover_tests(${name} ${options} TEST_FILTER "${realtime}-${left_out}" TEST_LIST ${name}_realtime
                          PROPERTIES TIMEOUT 300 RUN_SERIAL TRUE LABELS realtime)
   endif()
+endfunction()
+
+# catan_test_options(TARGET): how sources of tests are compiled.
+function(catan_test_options target)
+  # Most of the time that a test takes to compile would go into making it fast, which only what is tested needs to be.
+  target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O0>)
+  # GCC makes a function of each std::move and std::forward otherwise.
+  target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-ffold-simple-inlines>)
+  target_include_directories(${target} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
+endfunction()
+
+# catan_precompile_test_headers(): the target catan_test_headers, whose precompiled headers all tests use: others' headers that
+# most of them include (docs/decisions/0086-tests-share-precompiled-headers.md).
+function(catan_precompile_test_headers)
+  set(empty ${PROJECT_BINARY_DIR}/generated/test_headers.cpp)
+  file(CONFIGURE OUTPUT ${empty} CONTENT "")
+  add_library(catan_test_headers OBJECT EXCLUDE_FROM_ALL ${empty})
+  catan_unity(catan_test_headers)
+  catan_test_options(catan_test_headers)
+  # As sources of programs are compiled, or the compiler would not take them.
+  set_target_properties(catan_test_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(catan_test_headers PRIVATE -fPIE)
+  target_link_libraries(catan_test_headers PRIVATE GTest::gmock rapidcheck)
+  target_precompile_headers(catan_test_headers PRIVATE
+    <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <filesystem> <fstream> <functional> <map> <memory> <mutex> <optional>
+    <set> <span> <string> <string_view> <thread> <utility> <variant> <vector> <gmock/gmock.h> <gtest/gtest.h> <rapidcheck/gtest.h>)
 endfunction()
 
 # catan_check_names(SOURCES pattern...): each of these tests, as GoogleTest's filters name them, is of a suite in the sources: a
