@@ -303,12 +303,12 @@ TEST(PromiseOfArrivals, AReaderComesWithTheSensorAndAddsItsOwnRunAlone) {
   ASSERT_TRUE(back) << back.error().message();
   EXPECT_EQ(*back, plan);
 
-  // In 12 ms two outputs come 5 ms apart, and three of them if the last two are early.
+  // In 14 ms three outputs come 5 ms apart, each with a run of imu and of fuse.
   costs.set(*app.graph.find_node("slow"), model::CostProfile::constant(Millis{8}));
   plan.cores[0].members[0].period = Millis{0};
-  EXPECT_EQ(fill()[1].execution, Millis{8 + 3 * 1});
+  EXPECT_EQ(fill()[1].execution, Millis{8 + 3 * (0.25 + 0.5 + 1)});
   plan.cores[0].members[0].after->every = 3;
-  EXPECT_EQ(fill()[1].execution, Millis{8 + 1});
+  EXPECT_EQ(fill()[1].execution, Millis{8 + 1 + 3 * (0.25 + 0.5)});
   EXPECT_EQ(fill()[0].period, Millis{15});
   EXPECT_EQ(plan.chains[0].latency, Millis{0.25 + 0.5 + 1}) << "it takes the output that triggers it";
   EXPECT_EQ(plan.chains[0].period, Millis{15});
