@@ -69,6 +69,44 @@ TEST(PromisesOfAllKinds, HoldWhereUnscheduledNodesAreInExclusiveGroups) {
   EXPECT_GT(compared, 500) << "or nothing was tested";
 }
 
+// Drivers come often, and have no cores of their own: they are above all subchains, wherever these are.
+TEST(PromisesOfAllKinds, HoldBesideUnscheduledNodesOnTheSameCores) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    const int cores = 1 + static_cast<int>(seed % 3);
+    planner::RandomLimits limits{.subchains = 3, .pairs = true, .waits = seed % 4 == 0};
+    limits.exclusive = seed % 5 < 2;
+    limits.drivers = 1 + static_cast<int>(seed % 2);
+    limits.driver_periods = seed % 11 < 8 ? 3.0 : 20.0;
+    limits.output_periods = seed % 7 == 0;
+    const planner::RandomCase of = planner::random_case(seed, limits, cores);
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    trial::Schedule schedule{.cores = cores, .subchains = {}, .frames = {}, .pipelines = {}};
+    const bool together = limits.exclusive && of.app.joined_by_exclusion().back().size() > 1;
+    for (int i = 0; i < 3; ++i) {
+      const Nanos period = to_nanos(Millis{uniform(20.0, 100.0)});
+      trial::Place place{.core = together ? 0 : i % cores,
+                         .priority = 3 - i,
+                         .period = period,
+                         .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))};
+      for (const NodeId predecessor : of.app.graph.node(of.app.graph.subchain(SubchainId(i)).head()).predecessors) {
+        const graph::Node& given = of.app.graph.node(predecessor);
+        if (!given.unscheduled || random() % 2 == 0) continue;
+        place.after = plan::After{predecessor, 1 + static_cast<int>(random() % 2)};
+        place.period = place.after->every * given.outputs_apart() * static_cast<int>(1 + random() % 9) / 10;
+        place.phase = Nanos{0};
+      }
+      schedule.subchains.push_back(place);
+    }
+    const trial::Samples samples = constant(of.app, of.costs);
+    const auto plan = planner::plan_of(of.app, samples, of.costs, schedule, 0.0);
+    if (!plan) continue;
+    compared += held_chains(of, samples, *plan, schedule, seconds{60}, 100, seed);
+  }
+  EXPECT_GT(compared, 500) << "or nothing was tested";
+}
+
 TEST(PromisesOfAllKinds, HoldOnSeveralCoresWithThreadsAndWaits) {
   int compared = 0;
   int overlapping = 0;
@@ -218,6 +256,56 @@ TEST(PromisesOfAllKinds, ADriverWaitsForTheRunThatHasItsGroup) {
   const Nanos seen = longest_in(app, samples, schedule, seconds{60})->metrics().chains()[0].response.longest;
   EXPECT_LE(seen, milliseconds{64});
   EXPECT_GT(seen, milliseconds{62}) << "not 40";
+}
+
+// It takes 6 of each 10 ms of the core.
+TEST(PromisesOfAllKinds, ADriverTakesTheCoreOfWhatIsScheduled) {
+  graph::AppSpec spec = graph::spec_of({"driver", "map", "base"}, {"driver map base"});
+  node(spec, "driver").unscheduled = true;
+  node(spec, "driver").period = graph::At<Nanos>{milliseconds{10}, {}};
+  node(spec, "base").external = true;
+  spec.objective = {graph::response("map base", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  model::CostTable costs(app.graph, Millis{10});
+  costs.set(*app.graph.find_node("driver"), model::CostProfile::constant(Millis{6}));
+  const trial::Samples samples = constant(app, costs);
+  const trial::Schedule schedule{
+      .cores = 1, .subchains = {{.period = milliseconds{37}}}, .frames = {}, .pipelines = {}};
+  const auto plan = planner::plan_of(app, samples, costs, schedule, 0.0);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->subchains[0].execution, Millis{10 + 3 * 6});
+  const Nanos seen = longest_in(app, samples, schedule, seconds{60})->metrics().chains()[0].response.longest;
+  EXPECT_GT(seen, milliseconds{37 + 22});
+  EXPECT_LE(to_millis(seen), plan->chains[0].response) << "not 47";
+  costs.set(*app.graph.find_node("driver"), model::CostProfile::constant(Millis{10}));
+  EXPECT_FALSE(planner::plan_of(app, samples, costs, schedule, 0.0)) << "it leaves nothing";
+}
+
+// Of two drivers on one core neither pre-empts the other.
+TEST(PromisesOfAllKinds, ADriverWaitsForAnotherWhereThereIsNoCoreForEach) {
+  graph::AppSpec spec = graph::spec_of({"fast", "slow", "map", "base"}, {"fast base", "slow base", "map base"});
+  const auto drive = [&](const char* name, Nanos period) {
+    node(spec, name).unscheduled = true;
+    node(spec, name).period = graph::At<Nanos>{period, {}};
+  };
+  drive("fast", milliseconds{10});
+  drive("slow", milliseconds{31});
+  node(spec, "base").external = true;
+  spec.objective = {graph::response("fast base", 1.0), graph::response("map base", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  model::CostTable costs(app.graph, Millis{1});
+  costs.set(*app.graph.find_node("slow"), model::CostProfile::constant(Millis{7}));
+  const trial::Samples samples = constant(app, costs);
+  const auto response_of_fast = [&](int cores) {
+    const trial::Schedule schedule{
+        .cores = cores, .subchains = {{.period = milliseconds{50}}}, .frames = {}, .pipelines = {}};
+    const auto plan = planner::plan_of(app, samples, costs, schedule, 0.0);
+    const Nanos seen = longest_in(app, samples, schedule, seconds{60})->metrics().chains()[0].response.longest;
+    EXPECT_LE(to_millis(seen), plan.value().chains[0].response);
+    return plan->chains[0].response;
+  };
+  EXPECT_EQ(response_of_fast(1), Millis{10 + 7 + 1});
+  EXPECT_EQ(response_of_fast(2), Millis{10 + 1});
 }
 
 // In a frame of 8128 ms it has 128 runs, one right after the other, and then none.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "plan/above_promise.h"
 #include "plan/limits.h"
 
 namespace ctn::driver {
@@ -113,9 +114,8 @@ void PlanNews::tell_above_promise(const plan::Plan& plan, std::vector<Notice>& n
     more = true;
   }
   if (!more) return;
-  notices.push_back({"above-promise", fmt::format("expected to take longer than promised, since what load unscheduled "
-                                                  "nodes are is in no promise: {}",
-                                                  joined(texts))});
+  notices.push_back({"above-promise", fmt::format("expected to take longer than promised: {} (it may be that {})",
+                                                  joined(texts), plan::why_above_promise(plan, app_))});
 }
 
 void PlanNews::tell_lower_guess(const plan::Plan& plan, std::vector<Notice>& notices) {

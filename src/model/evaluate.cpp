@@ -23,7 +23,7 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
   } else {
     const NodeId node = element.nodes.front();
     timing.period = evaluate_period(graph, node, subchains);
-    timing.execution = costs[node].single_thread() + costs.wait(node) + exclusive_wait_of(kept_waiting, node);
+    timing.execution = costs[node].single_thread() + costs.wait(node) + unscheduled_wait_of(kept_waiting, node);
     timing.runs_per_output = costs.runs_per_output(node);
     if (const std::optional<NodeId> leader = graph.node(node).follows) {
       timing.wait = timing.period + output_lateness(graph, costs, kept_waiting, *leader, 0.0);

@@ -42,7 +42,7 @@ struct SubchainTiming {
 // is no follower itself, the outputs that it leaves out; one that keeps a phase to it, the wait that this comes to
 // (InStep). What an unscheduled follower waits for otherwise is as late as the node that it follows may be.
 // Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph with at least one node that is
-// not external; `kept_waiting` is as exclusive_waits() has it (unscheduled.h).
+// not external; `kept_waiting` is as unscheduled_waits() has it (unscheduled.h).
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
                            std::span<const SubchainTiming> subchains, std::span<const Millis> kept_waiting = {});
 

@@ -24,13 +24,12 @@ class Timings {
     for (const CorePlan& core : cores) {
       for (const Member& member : core.members) members_[member.subchain.index()] = &member;
     }
-    if (!app.exclusive.empty()) {
-      exclusive_waits_ = model::exclusive_waits(app, model::costs_by_kind(app, costs), first_cores(subchains));
-    }
+    unscheduled_waits_ =
+        model::unscheduled_waits(app, model::costs_by_kind(app, costs), first_cores(subchains), cores.size());
   }
 
   // Of unscheduled nodes, by NodeId (model/unscheduled.h).
-  const std::vector<Millis>& exclusive_waits() const { return exclusive_waits_; }
+  const std::vector<Millis>& unscheduled_waits() const { return unscheduled_waits_; }
 
   model::SubchainTiming of(SubchainId id) const {
     const SubchainPlan& planned = subchains_[id.index()];
@@ -42,7 +41,7 @@ class Timings {
     }
     if (member->after) {
       timing.longest_gap = timing.period + outputs_late(*member->after, members_.size());
-      if (may_be_held_back(*member)) return timing;
+      if (may_be_held_back(*member) || may_come_too_close(*member, planned)) return timing;
       if (const SubchainId* const leader = member->after->subchain()) timing.follows = *leader;
       if (const NodeId* const leader = member->after->node()) timing.follows_node = *leader;
     } else if (!member->pause && timing.period <= member->period * (1.0 + kTolerance)) {
@@ -67,7 +66,7 @@ class Timings {
   // `steps`: no more leaders than that are asked, since plans that are checked may go in circles.
   Millis outputs_late(const After& after, std::size_t steps) const {
     if (const NodeId* const leader = after.node())
-      return model::output_lateness(app_.graph, costs_, exclusive_waits_, *leader, 0.0);
+      return model::output_lateness(app_.graph, costs_, unscheduled_waits_, *leader, 0.0);
     const SubchainId leader = *after.subchain();
     const SubchainPlan& planned = subchains_[leader.index()];
     const Millis left_out =
@@ -88,6 +87,14 @@ class Timings {
     return member.period > member.after->every * shortest_apart(*member.after) * (1.0 + kTolerance);
   }
 
+  // Whether an unscheduled node may give an output so soon after a late one that it is held back, or that the run for
+  // the one before is under way.
+  bool may_come_too_close(const Member& member, const SubchainPlan& planned) const {
+    if (member.after->node() == nullptr) return false;
+    const Millis closest = member.after->every * shortest_apart(*member.after) - outputs_late(*member.after, 0);
+    return closest < std::max(planned.execution, to_millis(held_apart(to_nanos(member.period))));
+  }
+
   Millis shortest_apart(const After& after) const {
     if (const NodeId* const leader = after.node()) return to_millis(app_.graph.node(*leader).outputs_apart());
     const SubchainId leader = *after.subchain();
@@ -102,7 +109,7 @@ class Timings {
   const std::span<const SubchainPlan> subchains_;
   const std::span<const CorePlan> cores_;
   std::vector<const Member*> members_;  // by subchain; null: it has no fixed priority
-  std::vector<Millis> exclusive_waits_;
+  std::vector<Millis> unscheduled_waits_;
 };
 
 }  // namespace
@@ -119,7 +126,7 @@ Prediction predict(const graph::App& app, const model::CostTable& costs, std::sp
       prediction.nodes.push_back({term.path.front(), of_term.back(), term.weight});
     } else {
       const model::ChainTiming timing =
-          model::evaluate_chain(app.graph, term.path, costs, timings, known.exclusive_waits());
+          model::evaluate_chain(app.graph, term.path, costs, timings, known.unscheduled_waits());
       of_term.push_back(timing.response);
       prediction.chains.push_back({term.path, timing.response, timing.latency, timing.period, term.weight});
     }

@@ -25,7 +25,8 @@ class Analysis {
       : plan_(plan),
         app_(app),
         by_kind_(model::costs_by_kind(app, at_batches(costs, plan.batches, app.graph))),
-        exclusive_waits_(model::exclusive_waits(app, by_kind_, first_cores(plan.subchains))),
+        unscheduled_waits_(model::unscheduled_waits(app, by_kind_, first_cores(plan.subchains), plan.cores.size())),
+        unscheduled_(plan.subchains.size()),
         promises_(plan.subchains.size()),
         cost_(plan.subchains.size()),
         wait_(plan.subchains.size()),
@@ -37,6 +38,10 @@ class Analysis {
       const model::CostTable& there = by_kind_[app_.kind_of(plan_.subchains[i].cores.front())];
       cost_[i] = there.subchain_total(app_.graph, id) / (1.0 - plan_.slack);
       wait_[i] = there.subchain_wait(app_.graph, id);
+      const std::size_t kind = app_.kind_of(plan_.subchains[i].cores.front());
+      const Member* const member = member_of(plan_, id);
+      unscheduled_[i] = model::unscheduled_loads(app_, by_kind_, unscheduled_waits_, id, kind, plan_.slack,
+                                                 member != nullptr ? triggered_right_away_by(*member) : std::nullopt);
     }
     for (std::size_t i = 0; i < plan_.subchains.size(); ++i) know_spacing(SubchainId(i));
   }
@@ -78,6 +83,16 @@ class Analysis {
     return std::max(runs_apart, to_millis(app_.graph.output_period_up_to(tail))) * after.every;
   }
 
+  // The unscheduled node each or every so-many-th output of which triggers it, and which it never keeps waiting for its
+  // period. None: there is none.
+  std::optional<NodeId> triggered_right_away_by(const Member& member) const {
+    if (!member.after || member.after->node() == nullptr) return std::nullopt;
+    const NodeId leader = *member.after->node();
+    const Millis late = model::output_lateness(app_.graph, by_kind_.front(), unscheduled_waits_, leader, plan_.slack);
+    const Millis closest = outputs_apart(*member.after, Millis{0}) - late;
+    return member.period <= closest ? std::optional(leader) : std::nullopt;
+  }
+
   // So many times as long on average, where not every run of the leader gives an output.
   double runs_per_output(const After& after) const {
     if (const NodeId* const leader = after.node()) return by_kind_.front().runs_per_output(*leader);
@@ -100,7 +115,7 @@ class Analysis {
     const Millis late = behind + sooner_[i];
     // An output may come as late as the leader's run may end, and as early as a run costs nothing.
     if (const NodeId* const leader = member.after->node()) {
-      return late + model::output_lateness(app_.graph, by_kind_.front(), exclusive_waits_, *leader, plan_.slack);
+      return late + model::output_lateness(app_.graph, by_kind_.front(), unscheduled_waits_, *leader, plan_.slack);
     }
     const std::size_t leader = member.after->subchain()->index();
     const bool owns = member_of(plan_, *member.after->subchain()) == nullptr;
@@ -165,7 +180,7 @@ class Analysis {
   // is not above that; none: it does not.
   std::optional<int> turns_of(const CorePlan& core, const Member& member, std::size_t rank) const {
     if (wait_[core.members[rank].subchain.index()] > Millis{0}) return std::nullopt;
-    if (blocked_below(core, rank) > Millis{0}) return std::nullopt;
+    if (blocked_below(core, rank) > Millis{0} || excludes_unscheduled(core, rank)) return std::nullopt;
     const Member* at = &member;
     for (int turns = 1; at->after && at->after->subchain() != nullptr; ++turns) {
       if (wait_[at->subchain.index()] > Millis{0}) return std::nullopt;
@@ -247,14 +262,16 @@ class Analysis {
     const model::CostTable& costs = by_kind_[app_.kind_of(plan_.subchains[member.subchain.index()].cores.front())];
     return costs[node].single_thread() / (1.0 - plan_.slack) + costs.wait(node);
   }
-  // For runs below it that had an exclusive group before, which it or one above it wants; and for unscheduled ones.
+  bool excludes_unscheduled(const CorePlan& core, std::size_t rank) const {
+    bool any = false;
+    for_each_excluded(core, rank, [&](NodeId other) { any = any || app_.graph.node(other).unscheduled; });
+    return any;
+  }
+  // For runs below it that had an exclusive group before, which it, one above it or an unscheduled node wants.
   Millis blocked_below(const CorePlan& core, std::size_t rank) const {
     if (app_.exclusive.empty()) return Millis{0};
     const Member& member = core.members[rank];
     Millis sum{0};
-    for_each_excluded(core, rank, [&](NodeId other) {
-      if (app_.graph.node(other).unscheduled) sum += hold_of(member, other);
-    });
     // Where it never leaves its core before it has ended, none below it begins a run meanwhile.
     const bool leaves = kept_away(member.subchain) || wait_[member.subchain.index()] > Millis{0};
     const auto times = leaves ? 1 + app_.graph.subchain(member.subchain).nodes.size() : 1;
@@ -287,6 +304,15 @@ class Analysis {
     });
     return sum;
   }
+  // By unscheduled nodes: those that are above it, and those that have an exclusive group of its own.
+  Millis by_unscheduled(SubchainId subchain, Millis window) const {
+    Millis sum{0};
+    for (const model::UnscheduledLoad& load : unscheduled_[subchain.index()]) {
+      sum += load.runs_within(window) * load.run;
+    }
+    return sum;
+  }
+
   // Whether one above it may wait while it holds an exclusive group.
   bool held_by_waiting(const CorePlan& core, std::size_t rank) const {
     bool any = false;
@@ -318,6 +344,7 @@ class Analysis {
     for (int step = 0; step < kSteps; ++step) {
       const TriggerLine elsewhere = blocked_elsewhere(core, above, response);
       Millis longer = own + Millis{elsewhere.within(response.count())};
+      longer += by_unscheduled(core.members[above].subchain, response);
       for (std::size_t j = 0; j < above; ++j) {
         if (&core.members[j] == without) continue;
         double triggers = triggers_within(core.members[j], response, waits);
@@ -335,8 +362,9 @@ class Analysis {
   std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near, Waits waits,
                                  const Member* without) const {
     const TriggerLine elsewhere = blocked_elsewhere(core, above, near);
-    Millis sum = alone(core, above) + Millis{elsewhere.at_once};
-    double used = elsewhere.rate;
+    const TriggerLine unscheduled = plan::line_of(unscheduled_[core.members[above].subchain.index()]);
+    Millis sum = alone(core, above) + Millis{elsewhere.at_once + unscheduled.at_once};
+    double used = elsewhere.rate + unscheduled.rate;
     for (std::size_t j = 0; j < above; ++j) {
       if (&core.members[j] == without) continue;
       const TriggerLine line = line_of(core.members[j], near, waits);
@@ -390,7 +418,8 @@ class Analysis {
   const Plan& plan_;
   const graph::App& app_;
   const std::vector<model::CostTable> by_kind_;
-  const std::vector<Millis> exclusive_waits_;
+  const std::vector<Millis> unscheduled_waits_;
+  std::vector<std::vector<model::UnscheduledLoad>> unscheduled_;  // by subchain
   std::vector<Promise> promises_;
   std::vector<Millis> cost_;
   std::vector<Millis> wait_;

@@ -36,7 +36,7 @@
 // group that i wants, or a subchain above i there, or an unscheduled node. It is raised and goes on, so the longest
 // such run is added to R_i: once for each exclusive group, and once more for each node of i if i may leave its core
 // before it has ended. For each exclusive group that one of i's own nodes is in, R_i also has
-//   - one run of each unscheduled node of that group,
+//   - runs of each unscheduled node of that group, with what they wait (below),
 //   - runs of each subchain on another core that has a node in it, each from trigger to end: as many as may come while
 //     the run of i is pending, and one more.
 // If a subchain above i may wait while it holds an exclusive group of i's, its wait counts as work. A run may be kept
@@ -44,6 +44,9 @@
 // run may come closer to its subchain's next one, just as a run that waits (see above). Where a run below i may delay
 // i, something below i runs while i is pending; then what is said above of outputs of one that is not above i does not
 // hold for i. Frames and pipelines are taken to know of no exclusive group.
+//
+// Unscheduled nodes are above all members of all cores, and may take any core. So each of them counts as one more j
+// above i, whichever core i is on: T_j is its period, and J_j how late its run may end.
 //
 // p_i is the longer of R_i and of what lies between two triggers, on average over many. Of outputs that trigger it one
 // may be late and the next one early: what waits for its next run may wait for longer than p_i (predict.cpp). Where not

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "plan/above_promise.h"
 #include "plan/json.h"
 #include "plan/testing/sample_plan.h"
 #include "plan/validate.h"
@@ -303,12 +304,12 @@ TEST(PromiseOfArrivals, AReaderComesWithTheSensorAndAddsItsOwnRunAlone) {
   ASSERT_TRUE(back) << back.error().message();
   EXPECT_EQ(*back, plan);
 
-  // In 12 ms two outputs come 5 ms apart, and three of them if the last two are early.
+  // In 14 ms three outputs come 5 ms apart, each with a run of imu and of fuse.
   costs.set(*app.graph.find_node("slow"), model::CostProfile::constant(Millis{8}));
   plan.cores[0].members[0].period = Millis{0};
-  EXPECT_EQ(fill()[1].execution, Millis{8 + 3 * 1});
+  EXPECT_EQ(fill()[1].execution, Millis{8 + 3 * (0.25 + 0.5 + 1)});
   plan.cores[0].members[0].after->every = 3;
-  EXPECT_EQ(fill()[1].execution, Millis{8 + 1});
+  EXPECT_EQ(fill()[1].execution, Millis{8 + 1 + 3 * (0.25 + 0.5)});
   EXPECT_EQ(fill()[0].period, Millis{15});
   EXPECT_EQ(plan.chains[0].latency, Millis{0.25 + 0.5 + 1}) << "it takes the output that triggers it";
   EXPECT_EQ(plan.chains[0].period, Millis{15});
@@ -316,6 +317,32 @@ TEST(PromiseOfArrivals, AReaderComesWithTheSensorAndAddsItsOwnRunAlone) {
   plan.cores[0].members[0].after->leader = *app.graph.find_node("slow");
   const Status wrong = validate(plan, app, costs, 1);
   EXPECT_NE(wrong.error().message().find("cores[0].members[0].after.node"), std::string::npos);
+}
+
+TEST(WhyAbovePromise, NamesWhatThePlanHasAlone) {
+  graph::AppSpec spec = graph::spec_of({"imu", "read", "slow"}, {"imu read"});
+  graph::node(spec, "imu").unscheduled = true;
+  graph::node(spec, "imu").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
+  graph::node(spec, "slow").max_rate = graph::At<Rate>{Rate{1.0}, {}};
+  spec.objective = {graph::response("imu read", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  Plan plan;
+  plan.cores.resize(1);
+  plan.subchains.assign(2, SubchainPlan{.cores = {0}, .every = 1, .slice = Millis{1}});
+  plan.subchains[1].share = 0.1;
+  const std::string scheduling = "no promise has in it what scheduling itself takes";
+  for (std::size_t i = 0; i < 2; ++i) {
+    Member& member = plan.cores[0].members.emplace_back();
+    member.subchain = SubchainId(i);
+  }
+  EXPECT_EQ(why_above_promise(plan, app), scheduling) << "not unscheduled nodes";
+  plan.cores[0].members.clear();
+  plan.cores[0].slots = {{SubchainId(0), Millis{0}, Millis{1}, {}, 0}, {SubchainId(1), Millis{1}, Millis{1}, {}, 0}};
+  const std::string load = ", nor what load unscheduled nodes are for subchains in frames or with cores of their own";
+  EXPECT_EQ(why_above_promise(plan, app),
+            scheduling + load + ", nor for how long elastic frames defer a run whose rate is capped");
+  plan.cores[0].frames = graph::FrameMode::kFixed;
+  EXPECT_EQ(why_above_promise(plan, app), scheduling + load);
 }
 
 }  // namespace

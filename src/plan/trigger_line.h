@@ -4,7 +4,11 @@
 // Units: milliseconds. Thread safety: pure functions.
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include "base/time.h"
+#include "model/unscheduled.h"
 #include "plan/limits.h"
 
 namespace ctn::plan {
@@ -15,6 +19,16 @@ struct TriggerLine {
 
   double within(double ms) const { return at_once + rate * ms; }
 };
+
+// Of all such loads, in ms of what is loaded.
+inline TriggerLine line_of(const std::vector<model::UnscheduledLoad>& loads) {
+  TriggerLine line;
+  for (const model::UnscheduledLoad& load : loads) {
+    line.at_once += std::max(1.0 + load.sooner / load.apart - load.over, 0.0) * load.run.count();
+    line.rate += load.run / load.apart;
+  }
+  return line;
+}
 
 // What is known of the triggers of one.
 struct TriggersKnown {

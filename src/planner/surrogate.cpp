@@ -75,6 +75,10 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   for (const graph::Term& term : app.objective) know_term(term, samples, planned, run);
   know_asked_rates();
   know_inputs(planned);
+  const auto& nodes = app.graph.nodes();
+  unscheduled_.resize(timings_.size());
+  excludes_unscheduled_.resize(timings_.size());
+  if (std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.unscheduled; })) tables_ = tables;
   if (!app.exclusive.empty()) know_exclusions(tables);
 }
 
@@ -91,13 +95,8 @@ void Surrogate::know_exclusions(const std::vector<model::CostTable>& tables) {
                       });
     }
   }
-  const auto& nodes = app_.graph.nodes();
-  if (std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.unscheduled && node.exclusive; })) {
-    tables_ = tables;
-  }
   for (const graph::ExclusiveGroup& group : app_.exclusive) {
     Exclusion& exclusion = exclusions_.emplace_back();
-    exclusion.unscheduled.resize(tables.size());
     for (const NodeId node : group.nodes) {
       std::vector<double> holds;
       for (const model::CostTable& table : tables) {
@@ -108,9 +107,9 @@ void Surrogate::know_exclusions(const std::vector<model::CostTable>& tables) {
         continue;
       }
       exclusion.has_unscheduled = true;
-      std::transform(holds.begin(), holds.end(), exclusion.unscheduled.begin(), exclusion.unscheduled.begin(),
-                     std::plus<>());
     }
+    if (!exclusion.has_unscheduled) continue;
+    for (const Exclusion::Part& part : exclusion.parts) excludes_unscheduled_[part.subchain] = true;
   }
 }
 

@@ -173,7 +173,6 @@ class Surrogate {
       std::vector<double> hold;  // by kind: for how long a run of its node keeps it, as planned
     };
     std::vector<Part> parts;
-    std::vector<double> unscheduled;  // by kind: a run of each of them, as planned
     bool has_unscheduled = false;
   };
   // What feeds the head of a subchain, where its runs await input.
@@ -198,7 +197,7 @@ class Surrogate {
   double fed_apart(std::size_t subchain) const;
   bool waits_for_itself(const trial::Schedule& schedule) const;
   void know_exclusions(const std::vector<model::CostTable>& tables);
-  void know_exclusive_waits(const trial::Schedule& schedule);
+  void know_unscheduled(const trial::Schedule& schedule);
   double promised_run(const Element& element) const;
   double promised_wait(const Element& element) const;
   std::optional<double> promised_blocking(const trial::Schedule& schedule, std::size_t subchain) const;
@@ -261,10 +260,13 @@ class Surrogate {
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
   std::vector<std::optional<Fed>> fed_;        // by subchain; empty where no run awaits input
   std::vector<Exclusion> exclusions_;
-  // Of unscheduled nodes, for their exclusive groups (model/unscheduled.h), in the schedule that is asked about; and
-  // the costs by which these are reckoned. Empty where no unscheduled node is in one.
-  std::vector<Millis> exclusive_waits_;
+  // What unscheduled nodes are kept waiting (model/unscheduled.h) in the schedule that is asked about, and what they
+  // take of the time of each subchain on its core, by subchain; and the costs by which these are reckoned, empty where
+  // there are no such nodes.
+  std::vector<Millis> unscheduled_waits_;
+  std::vector<Line> unscheduled_;
   std::vector<model::CostTable> tables_;
+  std::vector<bool> excludes_unscheduled_;  // by subchain: has an exclusive group with one
   // By subchain: from its core, by what has its exclusive group and waits. Empty if the app has no exclusive groups.
   std::vector<bool> kept_away_;
   int rounds_;                            // until periods are good enough for a guess

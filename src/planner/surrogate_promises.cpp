@@ -49,6 +49,7 @@ double Surrogate::promised_apart(const trial::Schedule& schedule, std::size_t su
   const trial::Place& led_by = schedule.subchains[leader];
   const bool meets_once = led_by.pause && turns_of(schedule, subchain, led_by.priority) == 1 &&
                           planned_waits_[leader] == 0.0 && promised_blocking(schedule, leader) == 0.0 &&
+                          !excludes_unscheduled_[leader] &&
                           timing.promised_execution < to_millis(plan::silence_limit(place.period)).count();
   if (!meets_once) return runs * apart;
   const double run = timing.promised_execution - timings_[subchain].planned * timing.promised_stretch;
@@ -84,6 +85,9 @@ bool Surrogate::may_be_held_back(const trial::Schedule& schedule, std::size_t su
   double apart = 0.0;
   if (const NodeId* const node = after.node()) {
     apart = arrivals_[node->index()].apart;
+    const double late = arrivals_[node->index()].late;
+    const double held = to_millis(plan::held_apart(place.period)).count();
+    if (std::max(timings_[subchain].promised_execution, held) > after.every * apart - late) return true;
   } else {
     const std::size_t leader = after.subchain()->index();
     apart = to_millis(schedule.subchains[leader].period).count();
@@ -162,7 +166,6 @@ std::optional<double> Surrogate::promised_blocking(const trial::Schedule& schedu
     }
     if (own > 0 && apart) return std::nullopt;
     if (wanted) sum += times * longest;
-    sum += own * exclusion.unscheduled[kind];
   }
   return sum;
 }
@@ -226,7 +229,12 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   promised_ = promised_ && blocked;
   const double alone = timing.planned + timing.planned_waits + blocked.value_or(0.0);
   const auto promise_execution = [&](bool in_turn) {
-    const UsedAbove used = used_above(schedule, i, first, last, in_turn);
+    UsedAbove used = used_above(schedule, i, first, last, in_turn);
+    used.if_held += unscheduled_[i].rate;
+    for (Line* const line : {&used.soon, &used.on_average}) {
+      line->at_once += unscheduled_[i].at_once;
+      line->rate += unscheduled_[i].rate;
+    }
     timing.promised_stretch = 0.0;
     timing.promised_execution = kOutOfReach;
     for (const Line& line : {used.soon, used.on_average}) {
@@ -238,7 +246,7 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
     }
     return used;
   };
-  const bool may_be_in_turn = planned_waits_[i] == 0.0 && blocked == 0.0;
+  const bool may_be_in_turn = planned_waits_[i] == 0.0 && blocked == 0.0 && !excludes_unscheduled_[i];
   UsedAbove used = promise_execution(may_be_in_turn);
   if (timing.promised_execution >= used.silence) used = promise_execution(false);
   promised_ = promised_ && used.if_held < kNothingLeft;
@@ -263,22 +271,33 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
 }
 
 // What unscheduled nodes may wait for depends on which core those are on that may have their exclusive groups.
-void Surrogate::know_exclusive_waits(const trial::Schedule& schedule) {
+void Surrogate::know_unscheduled(const trial::Schedule& schedule) {
   if (tables_.empty()) return;
   std::vector<int> cores;
   cores.reserve(schedule.subchains.size());
   for (const trial::Place& place : schedule.subchains) cores.push_back(place.core);
-  exclusive_waits_ = model::exclusive_waits(app_, tables_, cores);
+  unscheduled_waits_ = model::unscheduled_waits(app_, tables_, cores, static_cast<std::size_t>(schedule.cores));
   for (std::size_t i = 0; i < arrivals_.size(); ++i) {
     if (!app_.graph.node(NodeId(i)).unscheduled) continue;
     arrivals_[i].late =
-        model::output_lateness(app_.graph, tables_.front(), exclusive_waits_, NodeId(i), 1.0 - usable_).count();
+        model::output_lateness(app_.graph, tables_.front(), unscheduled_waits_, NodeId(i), 1.0 - usable_).count();
+  }
+  for (std::size_t i = 0; i < unscheduled_.size(); ++i) {
+    const trial::Place& place = schedule.subchains[i];
+    std::optional<NodeId> leader;  // that triggers it right away
+    if (place.after && place.after->node() != nullptr) {
+      const Arrivals& arrivals = arrivals_[place.after->node()->index()];
+      const double closest = place.after->every * arrivals.apart - arrivals.late;
+      if (to_millis(place.period).count() <= closest) leader = *place.after->node();
+    }
+    unscheduled_[i] = plan::line_of(model::unscheduled_loads(app_, tables_, unscheduled_waits_, SubchainId(i),
+                                                             kind_of(cores[i]), 1.0 - usable_, leader));
   }
 }
 
 // Of an unscheduled node, or of an external one that ticks.
 double Surrogate::promised_run(const Element& element) const {
-  return element.planned + model::exclusive_wait_of(exclusive_waits_, element.node).count();
+  return element.planned + model::unscheduled_wait_of(unscheduled_waits_, element.node).count();
 }
 
 // The same, of what it does not follow: an unscheduled follower runs as late as outputs of its own leader come.
@@ -288,7 +307,7 @@ double Surrogate::promised_wait(const Element& element) const {
 }
 
 void Surrogate::promise(const trial::Schedule& schedule, Estimate& estimate) {
-  know_exclusive_waits(schedule);
+  know_unscheduled(schedule);
   for (int round = 1; round < rounds_; ++round) promise_cores(schedule);
   estimate.promised = promised_;
   for (const Term& term : terms_) {

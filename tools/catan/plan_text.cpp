@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "plan/above_promise.h"
 #include "table.h"
 
 namespace ctn::tool {
@@ -131,11 +132,9 @@ std::string terms_text(const plan::Plan& plan, const graph::App& app) {
 std::string above_promise_text(const plan::Plan& plan, const graph::App& app) {
   std::string text;
   for (const std::size_t chain : plan::chains_above_promise(plan)) {
-    text += fmt::format(
-        "\nwarning: {} is expected to take {}, longer than it is promised ({}): what load unscheduled "
-        "nodes are is in no promise\n",
-        app.graph.path_name(plan.chains[chain].path), ms_text(plan.expected->chains[chain].response),
-        ms_text(plan.chains[chain].response));
+    text += fmt::format("\nwarning: {} is expected to take {}, longer than it is promised ({}): it may be that {}\n",
+                        app.graph.path_name(plan.chains[chain].path), ms_text(plan.expected->chains[chain].response),
+                        ms_text(plan.chains[chain].response), plan::why_above_promise(plan, app));
   }
   return text;
 }

@@ -45,6 +45,8 @@ struct RandomLimits {
   // Unscheduled nodes, which begin chains, and one that follows the first of them. With `exclusive` they are in the
   // group, with the first subchain alone or with all.
   int drivers = 0;
+  // A period of theirs is as long as so many of the longest runs that a subchain or one of them may have, at least.
+  double driver_periods = 20.0;
   bool threads = false;         // some nodes may use two or three threads
   bool output_periods = false;  // some nodes give outputs less often than they run
 };
@@ -141,7 +143,8 @@ class RandomCaseBuilder {
       if (follows) {
         add_edges("driver0 " + name);
       } else {
-        driver.period = graph::At<Nanos>{to_nanos(Millis{uniform(2.0, 4.0) * kDriverCosts * limits_.max_cost}), {}};
+        driver.period =
+            graph::At<Nanos>{to_nanos(Millis{uniform(1.0, 2.0) * limits_.driver_periods * limits_.max_cost}), {}};
       }
       const std::string path = name + " " + draw_path();
       add_edges(path);
@@ -306,8 +309,6 @@ class RandomCaseBuilder {
   graph::AppSpec spec_;
   std::vector<std::string> edges_;    // that the app has so far
   std::vector<std::string> drivers_;  // unscheduled nodes
-  // A period of theirs is as long as so many of the longest runs that a subchain or one of them may have, at least.
-  static constexpr double kDriverCosts = 10.0;
 };
 
 inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, int cores) {
