@@ -65,10 +65,10 @@ class ClientLink::Line {
   }
   void wait_for_answer(TimePoint deadline) { answers_->wait(deadline); }
 
-  // For the thread that watches the connection.
-  bool has_ended() {
+  // For the thread that watches the connection. `readable`: there is something to read, or the end of the connection.
+  bool has_ended(bool readable) {
     const auto state = state_.lock();
-    read_in(*state);
+    if (readable) read_in(*state);
     return !state->connection;
   }
 
@@ -214,14 +214,18 @@ void ClientLink::drop(const std::shared_ptr<Line>& line) {
 
 bool ClientLink::wait(TimePoint deadline) {
   bool process_ended = false;
-  for (const os::Poller::Key key : watcher_->wait(deadline)) process_ended = process_ended || key == kProcess;
+  bool readable = false;
+  for (const os::Poller::Key key : watcher_->wait(deadline)) {
+    process_ended = process_ended || key == kProcess;
+    readable = readable || key == kSocket;
+  }
   std::shared_ptr<Line> line;
   {
     const auto current = current_.lock();
     if (std::exchange(current->unanswered, false)) return true;
     line = current->line;
   }
-  if (!line || (!process_ended && !line->has_ended())) return false;
+  if (!line || (!process_ended && !line->has_ended(readable))) return false;
   hang_up();
   return true;
 }

@@ -26,6 +26,7 @@
 #include "os/linux/facts.h"
 #include "os/linux/guardian.h"
 #include "os/linux/idle.h"
+#include "os/linux/online_cpus.h"
 #include "os/linux/power.h"
 #include "os/linux/scheduling.h"
 #include "os/linux/topology.h"
@@ -167,7 +168,7 @@ class LinuxThread : public Thread {
 
 class LinuxOs : public Os {
  public:
-  explicit LinuxOs(LinuxRoots roots) : roots_(std::move(roots)), scheduling_(roots_, calls_) {
+  explicit LinuxOs(LinuxRoots roots) : roots_(std::move(roots)), scheduling_(roots_, calls_), online_cpus_(roots_) {
     forget_thread_on_fork();
   }
 
@@ -201,7 +202,7 @@ class LinuxOs : public Os {
   Status restore_scheduling(const SavedScheduling& saved) override { return scheduling_.restore(saved); }
 
   Result<Topology> topology() override { return read_topology(roots_); }
-  Result<CpuSet> online_cpus() override { return read_online_cpus(roots_); }
+  Result<CpuSet> online_cpus() override { return online_cpus_.now(); }
   RealTimeFacts real_time_facts() override;
   HostFacts host_facts() override { return read_host_facts(roots_); }
   int current_cpu() override { return ::sched_getcpu(); }
@@ -214,6 +215,7 @@ class LinuxOs : public Os {
   LinuxRoots roots_;
   KernelCalls calls_;
   Scheduling scheduling_;
+  OnlineCpus online_cpus_;
 };
 
 TimePoint LinuxOs::now() {

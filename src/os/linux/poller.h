@@ -8,11 +8,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "base/result.h"
 #include "base/time.h"
 #include "os/linux/descriptor.h"
+
+struct epoll_event;
 
 namespace ctn::os {
 
@@ -21,7 +24,8 @@ class Poller {
   using Key = std::uint64_t;
   static constexpr Key kKeys = ~Key{0} - 1;  // keys are below this
 
-  static Result<std::unique_ptr<Poller>> make();
+  // `call_takes_deadline`: false plays a kernel before 5.11.
+  static Result<std::unique_ptr<Poller>> make(bool call_takes_deadline = true);
 
   // Preconditions: the descriptor is valid and not in the set. It is taken out by remove(), before it is closed: where
   // another process has a copy of it, closing alone does not do it. kEnvironment: the system has no room left.
@@ -35,12 +39,14 @@ class Poller {
   void wake();
 
  private:
-  Poller(Descriptor set, Descriptor timer, Descriptor event);
+  Poller(Descriptor set, Descriptor timer, Descriptor event, bool call_takes_deadline);
   void set_timer(TimePoint deadline);
+  int wait_for_events(std::span<epoll_event> events, TimePoint deadline);
 
   Descriptor set_;
-  Descriptor timer_;
+  Descriptor timer_;  // for kernels before 5.11, whose call takes no deadline but in milliseconds
   Descriptor event_;
+  bool call_takes_deadline_;
   std::vector<Key> ready_;
 };
 

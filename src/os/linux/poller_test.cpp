@@ -59,6 +59,22 @@ TEST_F(PollerTest, DeadlineIsNotEarlyAndPassesOnce) {
   EXPECT_GE(os_->now(), later);
 }
 
+// Whose call takes no deadline.
+TEST_F(PollerTest, OnAnOlderKernelDeadlinesAreTheSame) {
+  poller_ = Poller::make(false).value();
+  const TimePoint deadline = os_->now() + 3ms;
+  EXPECT_THAT(poller_->wait(deadline), IsEmpty());
+  EXPECT_GE(os_->now(), deadline);
+  EXPECT_THAT(poller_->wait(os_->now() - 1s), IsEmpty());
+  const Descriptor loud = event(1);
+  ASSERT_TRUE(poller_->add(loud, 3).ok());
+  EXPECT_THAT(poller_->wait(soon()), ElementsAre(3));
+  EXPECT_THAT(poller_->wait(kNever), ElementsAre(3)) << "an earlier deadline is taken back";
+  poller_->remove(loud);
+  poller_->wake();
+  EXPECT_THAT(poller_->wait(kNever), IsEmpty());
+}
+
 TEST_F(PollerTest, IsWokenFromAnyThreadOnce) {
   std::thread waker([&] {
     std::this_thread::sleep_for(5ms);

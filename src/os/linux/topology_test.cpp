@@ -121,5 +121,31 @@ TEST(LinuxTopology, ManyCpus) {
   EXPECT_EQ(read(tree).online().size(), 2048U);
 }
 
+// One system is asked several times a second, and keeps the list open.
+TEST(LinuxTopology, CpusThatGoAndComeBackAreSeenByOneWhoAsksAgain) {
+  FabricatedTree tree;
+  const std::unique_ptr<Os> os = make_linux_os(tree.roots());
+  for (const auto& [list, cpus] : std::vector<std::pair<std::string, CpuSet>>{{"0-3\n", {0, 1, 2, 3}},
+                                                                              {"0-3\n", {0, 1, 2, 3}},
+                                                                              {"0,2-3\n", {0, 2, 3}},
+                                                                              {"1\n", {1}},
+                                                                              {"0-3\n", {0, 1, 2, 3}}}) {
+    tree.write("sys/devices/system/cpu/online", list);
+    const Result<CpuSet> online = os->online_cpus();
+    ASSERT_TRUE(online.ok()) << list;
+    EXPECT_EQ(*online, cpus) << list;
+  }
+  std::string evens = "0";
+  std::vector<int> numbers{0};
+  for (int cpu = 2; cpu < 400; cpu += 2) {
+    evens += "," + std::to_string(cpu);
+    numbers.push_back(cpu);
+  }
+  tree.write("sys/devices/system/cpu/online", evens + "\n");
+  const Result<CpuSet> online = os->online_cpus();
+  ASSERT_TRUE(online.ok());
+  EXPECT_EQ(*online, CpuSet(numbers)) << "longer than what is read at once";
+}
+
 }  // namespace
 }  // namespace ctn::os
