@@ -130,7 +130,7 @@ function(catan_test_options target)
 endfunction()
 
 # catan_precompile_test_headers(): the target catan_test_headers, whose precompiled headers all tests use: others' headers that
-# most of them include (docs/decisions/0086-tests-share-precompiled-headers.md).
+# most of them include (docs/decisions/0084-tests-share-precompiled-headers.md).
 function(catan_precompile_test_headers)
   set(empty ${PROJECT_BINARY_DIR}/generated/test_headers.cpp)
   file(CONFIGURE OUTPUT ${empty} CONTENT "")
