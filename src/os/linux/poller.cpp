@@ -22,6 +22,12 @@ constexpr int kMaxAtOnce = 64;
 constexpr Poller::Key kTimerKey = Poller::kKeys;
 constexpr Poller::Key kEventKey = Poller::kKeys + 1;
 
+// As the call takes it on every machine; a timespec is smaller on some of 32 bits.
+struct KernelTime {
+  std::int64_t seconds;
+  std::int64_t nanoseconds;
+};
+
 Error cannot_wait(int error) {
   return Error::environment("cannot wait for another descriptor: " + errno_text(error),
                             "raise the limit of open files (`ulimit -n`) or of fs.epoll.max_user_watches");
@@ -83,8 +89,7 @@ int Poller::wait_for_events(std::span<epoll_event> events, TimePoint deadline) {
     ::clock_gettime(CLOCK_MONOTONIC, &now);
     const Nanos since_boot = std::chrono::seconds{now.tv_sec} + Nanos{now.tv_nsec};
     const Nanos left = std::max(deadline.time_since_epoch(), since_boot) - since_boot;
-    const timespec timeout{static_cast<time_t>(left.count() / 1'000'000'000),
-                           static_cast<long>(left.count() % 1'000'000'000)};
+    const KernelTime timeout{left.count() / 1'000'000'000, left.count() % 1'000'000'000};
     const long count = ::syscall(SYS_epoll_pwait2, set_.number(), events.data(), room, &timeout, nullptr, 0);
     if (count >= 0 || errno == EINTR) return static_cast<int>(count);
     call_takes_deadline_ = false;
