@@ -73,9 +73,9 @@ TEST(IncompleteSubchainsTest, WhatWasLetGoOfStaysSoUntilItIsComplete) {
 TEST(IncompleteSubchainsTest, NodesAreWokenSomeTimesMoreAfterEachChange) {
   IncompleteSubchains all(2);
   const auto woken = [&all] {
-    std::vector<SubchainId> woken;
-    all.wake_again([&](SubchainId id) { woken.push_back(id); });
-    return woken;
+    std::vector<SubchainId> ids;
+    all.wake_again([&](SubchainId id) { ids.push_back(id); });
+    return ids;
   };
   all.look(kFirst, true, at(seconds{0}));
   EXPECT_THAT(woken(), IsEmpty());
