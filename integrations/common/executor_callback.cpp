@@ -145,18 +145,17 @@ bool ExecutorCallback::call_directly() {
 
 // By the node's thread, in a run or not: nobody of the program could catch it there.
 bool ExecutorCallback::call_handing_on_exceptions(const std::function<bool()>& call) {
-  return call_handing_on(call, true, [this] { hand_on(); });
+  return call_handing_on(call, true, [this](std::exception_ptr exception) { hand_on(std::move(exception)); });
 }
 
-// By the handler of the exception.
-void ExecutorCallback::hand_on() {
+void ExecutorCallback::hand_on(std::exception_ptr exception) {
   std::function<void(std::exception_ptr)> thrown;
   {
     const std::lock_guard lock(mutex_);
     thrown = callback_.thrown;
   }
-  if (!thrown) throw;
-  thrown(std::current_exception());
+  if (!thrown) std::rethrow_exception(std::move(exception));
+  thrown(std::move(exception));
 }
 
 void ExecutorCallback::collect() {

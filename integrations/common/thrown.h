@@ -12,15 +12,14 @@
 
 namespace catan_ros {
 
-// Makes the call. Where it throws, `hand_on` is called by the handler of that exception, so that
-// std::current_exception() is it, and the result is `if_thrown`. `hand_on` may throw it again: then that is what this
-// does.
+// Makes the call. Where it throws, `hand_on` is called with what is thrown, and the result is `if_thrown`. `hand_on`
+// may throw it again: then that is what this does.
 template <class Call, class Result, class HandOn>
 Result call_handing_on(Call&& call, Result if_thrown, HandOn&& hand_on) {
   try {
     return std::forward<Call>(call)();
   } catch (...) {
-    std::forward<HandOn>(hand_on)();
+    std::forward<HandOn>(hand_on)(std::current_exception());
     return if_thrown;
   }
 }

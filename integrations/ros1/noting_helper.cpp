@@ -43,8 +43,8 @@ void BoundHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
 }
 
 ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) {
-  if (is_for_nobody()) return {};
-  ros::VoidConstPtr message = CountedHelper::deserialize(params);
+  ros::VoidConstPtr message = BoundHelper::deserialize(params);
+  if (message == nullptr) return {};
   const auto bytes = bytes_of(params.buffer, params.length);
   const std::size_t left_out = hasHeader() ? std::min(kSequence, bytes.size()) : 0;
   topic().note_made(message.get(), MessageRuns::key_of(topic().name(), bytes.subspan(left_out)));
@@ -62,7 +62,7 @@ void NotingHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
   told.event = ros::MessageEvent<void const>(with_note_of_release(message, key), params.event.getConnectionHeaderPtr(),
                                              params.event.getReceiptTime(), params.event.nonConstWillCopy(),
                                              params.event.getMessageFactory());
-  CountedHelper::call(told);
+  BoundHelper::call(told);
 }
 
 }  // namespace catan_ros

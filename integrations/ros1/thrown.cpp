@@ -12,19 +12,19 @@
 namespace catan_ros {
 namespace {
 
-// To be made by a handler of the exception.
 class Thrown final : public ros::CallbackInterface {
  public:
+  explicit Thrown(std::exception_ptr exception) : exception_(std::move(exception)) {}
   CallResult call() override { std::rethrow_exception(exception_); }
 
  private:
-  const std::exception_ptr exception_ = std::current_exception();
+  const std::exception_ptr exception_;
 };
 
-// By a handler of the exception. Under an id of its own: who removes the callback has not seen yet what it threw.
-void hand_on(ros::CallbackQueueInterface& queue) {
-  if (BoundCallback::current() == nullptr) throw;
-  const auto thrown = boost::make_shared<Thrown>();
+// Under an id of its own: who removes the callback has not seen yet what it threw.
+void hand_on(ros::CallbackQueueInterface& queue, const std::exception_ptr& exception) {
+  if (BoundCallback::current() == nullptr) std::rethrow_exception(exception);
+  const auto thrown = boost::make_shared<Thrown>(exception);
   queue.addCallback(thrown, reinterpret_cast<std::uint64_t>(thrown.get()));
 }
 
@@ -44,12 +44,15 @@ Outcome to_outcome(ros::CallbackInterface::CallResult result) {
 
 std::function<Outcome()> handing_on_exceptions(ros::CallbackInterfacePtr callback, ros::CallbackQueueInterface& queue) {
   return [callback = std::move(callback), &queue] {
-    return call_handing_on([&] { return to_outcome(callback->call()); }, Outcome::kCalled, [&] { hand_on(queue); });
+    return call_handing_on([&] { return to_outcome(callback->call()); }, Outcome::kCalled,
+                           [&](const std::exception_ptr& exception) { hand_on(queue, exception); });
   };
 }
 
 std::function<bool()> handing_on_exceptions(std::function<bool()> call, ros::CallbackQueueInterface& queue) {
-  return [call = std::move(call), &queue] { return call_handing_on(call, true, [&] { hand_on(queue); }); };
+  return [call = std::move(call), &queue] {
+    return call_handing_on(call, true, [&](const std::exception_ptr& exception) { hand_on(queue, exception); });
+  };
 }
 
 }  // namespace catan_ros

@@ -141,8 +141,8 @@ Millis output_lateness(const graph::Graph& graph, const CostTable& costs, std::s
 }
 
 double UnscheduledLoad::runs_within(Millis window) const {
-  constexpr double kRounding = 1e-9;
-  return std::max(std::ceil((window + sooner) / apart - kRounding) - over, 0.0);
+  constexpr double kNearlyWhole = 1e-9;
+  return std::max(std::ceil((window + sooner) / apart - kNearlyWhole) - over, 0.0);
 }
 
 std::vector<UnscheduledLoad> unscheduled_loads(const graph::App& app, std::span<const CostTable> by_kind,

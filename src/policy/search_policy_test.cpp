@@ -244,8 +244,11 @@ TEST(SearchPolicy, OutputsOfOnlySomeRunsArePlannedWithAndTold) {
   EXPECT_TRUE(before.outputs.empty());
   asked.costs.set_runs_per_output(NodeId(0), 4.0);
   EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
+  const std::vector<plan::RunsPerOutput> outputs{{NodeId(0), 4.0}};
+  EXPECT_EQ(asked.in_force.plan->outputs, outputs) << "at once";
+  asked.search();
   const plan::Plan& plan = *asked.in_force.plan;
-  EXPECT_EQ(plan.outputs, (std::vector<plan::RunsPerOutput>{{NodeId(0), 4.0}}));
+  EXPECT_EQ(plan.outputs, outputs);
   EXPECT_GT(plan.expected->chains[0].period, 1.5 * before.expected->chains[0].period)
       << "of outputs, though it runs more often";
   EXPECT_GT(plan.expected->objective, before.expected->objective);
