@@ -145,17 +145,17 @@ bool ExecutorCallback::call_directly() {
 
 // By the node's thread, in a run or not: nobody of the program could catch it there.
 bool ExecutorCallback::call_handing_on_exceptions(const std::function<bool()>& call) {
-  return call_handing_on(call, true, [this](std::exception_ptr exception) { hand_on(std::move(exception)); });
+  return call_handing_on(call, true, [this](const std::exception_ptr& exception) { hand_on(exception); });
 }
 
-void ExecutorCallback::hand_on(std::exception_ptr exception) {
+void ExecutorCallback::hand_on(const std::exception_ptr& exception) {
   std::function<void(std::exception_ptr)> thrown;
   {
     const std::lock_guard lock(mutex_);
     thrown = callback_.thrown;
   }
-  if (!thrown) std::rethrow_exception(std::move(exception));
-  thrown(std::move(exception));
+  if (!thrown) std::rethrow_exception(exception);
+  thrown(exception);
 }
 
 void ExecutorCallback::collect() {

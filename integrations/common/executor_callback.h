@@ -83,7 +83,7 @@ class ExecutorCallback final : public LocalNode {
   bool call_directly();
   void put(Call call);
   bool call_handing_on_exceptions(const std::function<bool()>& call);
-  void hand_on(std::exception_ptr exception);
+  void hand_on(const std::exception_ptr& exception);
 
   RunTimes& run_times_;
   const Attach attach_;

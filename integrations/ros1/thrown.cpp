@@ -14,17 +14,18 @@ namespace {
 
 class Thrown final : public ros::CallbackInterface {
  public:
-  explicit Thrown(std::exception_ptr exception) : exception_(std::move(exception)) {}
+  void set(const std::exception_ptr& exception) { exception_ = exception; }
   CallResult call() override { std::rethrow_exception(exception_); }
 
  private:
-  const std::exception_ptr exception_;
+  std::exception_ptr exception_;
 };
 
 // Under an id of its own: who removes the callback has not seen yet what it threw.
 void hand_on(ros::CallbackQueueInterface& queue, const std::exception_ptr& exception) {
   if (BoundCallback::current() == nullptr) std::rethrow_exception(exception);
-  const auto thrown = boost::make_shared<Thrown>(exception);
+  const auto thrown = boost::make_shared<Thrown>();
+  thrown->set(exception);
   queue.addCallback(thrown, reinterpret_cast<std::uint64_t>(thrown.get()));
 }
 
